@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/command/command.h>
+#include <palpate/engine/command/session.h>
 #include <palpate/engine/command/volume_options.h>
 #include <palpate/engine/info/segmented_folder.h>
 #include <palpate/engine/info/starter_scene.h>
@@ -83,17 +84,6 @@ StarterData seen_data(const NewOptions& options) {
     return data;
 }
 
-/// A name as a shell takes it for one argument.
-std::string as_argument(const std::string& name) {
-    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                        "0123456789_-./+,:=@%";
-    if (!name.empty() && name.find_first_not_of(kPlain) == std::string::npos) return name;
-    std::string quoted = "'";
-    for (const char c : name)
-        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
-}
-
 int make_new(const NewOptions& options) {
     const std::string& file = options.volume.file;
     std::error_code ignored;
@@ -110,7 +100,7 @@ int make_new(const NewOptions& options) {
     write_whole_file(options.scene, text);
     print(in_words(parse_scene(text, options.scene)));
     print(fmt::format("written: {0}; next: palpate trace {1}, or palpate view {1}", options.scene,
-                      as_argument(options.scene)));
+                      for_a_shell(options.scene)));
     return kDone;
 }
 

@@ -130,6 +130,16 @@ void check_listen(const ListenOptions& options, const std::string& who) {
                                  options.address, who));
 }
 
+std::string for_a_shell(const std::string& word) {
+    constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                   "_-./+:=@%,";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+    std::string quoted = "'";
+    for (const char letter : word)
+        quoted += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+    return quoted + "'";
+}
+
 void check_page_name(const std::filesystem::path& page) {
     if (page.extension() == ".html" || page.extension() == ".htm") return;
     throw UsageError(fmt::format("-o {}: is written as a page; name it .html", page.string()));

@@ -63,6 +63,9 @@ void add_listen(CLI::App& command, ListenOptions& options, const std::string& wh
 /// do what, as "whoever reaches this address sees the scene".                             [setup]
 void check_listen(const ListenOptions& options, const std::string& who);
 
+/// A word as a shell takes it for one argument: quoted where it has to be.
+std::string for_a_shell(const std::string& word);
+
 /// Refuses a name for a page that says it is something else: UsageError.
 void check_page_name(const std::filesystem::path& page);
 

@@ -39,17 +39,6 @@ constexpr std::array<const char*, 9> kStudyFiles{"study.csv", "drift.csv",  "err
                                                  "costs.csv", "prices.csv", "sweeps.csv",
                                                  "front.svg", "study.json", "index.html"};
 
-/// A word as a shell takes it for itself.
-std::string for_a_shell(const std::string& word) {
-    constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
-                                   "_-./+:=@%,";
-    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-    std::string quoted = "'";
-    for (const char letter : word)
-        quoted += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
-    return quoted + "'";
-}
-
 /// The command that gives these numbers again, as far as clocks do: the options as they were given.
 std::string command_of(const StudyOptions& options) {
     std::string text = "palpate study " + for_a_shell(options.scene);
