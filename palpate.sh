@@ -78,8 +78,25 @@ fetch_test_data() {
     done
 }
 
+# Fields and meshes that tests make of those volumes, some minutes of processor time, are kept for the next checkout, until a source
+# or a package is another one.
+keep_surfaces() {
+    local kept=${PALPATE_CHECK_CACHE:-$HOME/.cache/palpate-checks}/surfaces key old
+    key=$({
+        find CMakeLists.txt cmake geometry volume haptics engine -type f -print0 | sort -z | xargs -0 sha256sum
+        dpkg-query -W 2>/dev/null || true
+    } | sha256sum | cut -c1-40)
+    mkdir -p "$kept/$key" build/release/real-data
+    touch "$kept/$key"
+    mapfile -t old < <(ls -t "$kept" | tail -n +4)
+    (cd "$kept" && rm -rf "${old[@]}")
+    rm -rf build/release/real-data/cache
+    ln -s "$kept/$key" build/release/real-data/cache
+}
+
 run_tests() {
     fetch_test_data
+    keep_surfaces
     build_targets release
     build_targets asan fast_tests
     build_targets tsan test_threads

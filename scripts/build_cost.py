@@ -66,8 +66,6 @@ def source_of(output):
 
 def folder_of(source):
     parts = source.split("/")
-    if "headers_alone" in parts:
-        return "tests/headers_alone"
     if "cmake_pch" in source:
         return "precompiled headers"
     return "/".join(parts[:2]) if len(parts) > 2 else parts[0]

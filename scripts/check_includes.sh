@@ -12,7 +12,7 @@
 # sources named below. c/ and python/ include public headers alone, as a program does that embeds palpate.
 # haptics does its work in the loop: nothing there may wait, print or open files.
 # What a public header names of the standard library, it includes, itself or by a header of ours, and something of GLM where it names
-# that. The build compiles each of them alone, but behind those headers (headers_alone in tests/CMakeLists.txt): it could not tell.
+# that. check_headers.sh compiles each of them alone, but behind those headers: it could not tell.
 set -euo pipefail
 
 root=${1:-$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/..}

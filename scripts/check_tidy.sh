@@ -71,51 +71,9 @@ if [ ! -s "$work/flags" ]; then
     exit 2
 fi
 
-# SOURCE <tab> KEY of each source: a hash of all that what is found depends on.
-find geometry volume haptics drivers engine c \( -name '*.h' -o -name '*.cpp' \) 2>/dev/null | sort >"$work/files" || true
-mapfile -t files <"$work/files"
-sha256sum "${files[@]}" >"$work/hashes"
-version=$build/include/palpate/version.h
-general=$({ clang-tidy --version; grep -v '^#' .clang-tidy; cat "$script"; [ ! -f "$version" ] || cat "$version"; } | sha256sum)
-awk -v general="$general" -v root="$root" -v build="$build" '
-FILENAME ~ /\/hashes$/ { hash[$2] = $1; next }
-FILENAME ~ /\/flags$/ {
-    source = $0
-    sub(/\t.*/, "", source)
-    order[++count] = source
-    flags[source] = substr($0, length(source) + 2)
-    next
-}
-/^[ \t]*#[ \t]*include[ \t]*<palpate\// {
-    header = $0
-    sub(/^[^<]*<palpate\//, "", header)
-    sub(/>.*/, "", header)
-    if (header == "palpate.h") header = "engine/loop/palpate.h"
-    if (header ~ /^palpate_c/) header = "c/" header
-    includes[FILENAME] = includes[FILENAME] " " header
-}
-function reach(file,    list, n, i) {
-    if (file in seen) return
-    seen[file] = 1
-    text = text " " hash[file]
-    n = split(includes[file], list, " ")
-    for (i = 1; i <= n; ++i) reach(list[i])
-}
-END {
-    for (i = 1; i <= count; ++i) {
-        delete seen
-        text = flags[order[i]]
-        while ((at = index(text, build)) > 0) text = substr(text, 1, at - 1) "BUILD" substr(text, at + length(build))
-        while ((at = index(text, root)) > 0) text = substr(text, 1, at - 1) "ROOT" substr(text, at + length(root))
-        text = general order[i] text
-        reach(order[i])
-        print order[i] "\t" text
-    }
-}' "$work/hashes" "$work/flags" "${files[@]}" >"$work/texts"
-while IFS=$'\t' read -r source text; do
-    printf '%s' "$text" >"$work/text"
-    printf '%s\t%s\n' "$source" "$(sha256sum <"$work/text" | cut -c1-40)"
-done <"$work/texts" >"$work/keys"
+# SOURCE <tab> KEY of each source.
+general=$({ clang-tidy --version; grep -v '^#' .clang-tidy; cat "$script"; } | sha256sum)
+"$(dirname "$script")/source_keys.sh" "$build" "$root" "$general" "$work/flags" >"$work/keys"
 
 # Debian's ITK knows the compiler that it was built with, and refuses any other.
 cat >"$work/itk.h" <<'EOF'
@@ -138,7 +96,7 @@ if [ "$open" -eq 0 ]; then
     echo "check_tidy.sh: $(wc -l <"$work/keys") sources, all found clean before"
     exit 0
 fi
-mapfile -t headers < <(grep '\.h$' "$work/files")
+mapfile -t headers < <(find geometry volume haptics drivers engine c -name '*.h' 2>/dev/null | sort)
 mapfile -t open_sources < <(cut -f1 "$work/open")
 awk -v most=24 -f "$(dirname "$script")/bundles.awk" "$work/flags" "${headers[@]}" "${open_sources[@]}" |
     awk -F'\t' -v OFS='\t' -v work="$work" '

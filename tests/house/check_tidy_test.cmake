@@ -4,10 +4,8 @@
 # mended; what was found clean is not looked at again before something that it includes has changed.
 cmake_minimum_required(VERSION 3.25)
 
-file(REMOVE_RECURSE ${WORK})
+include(${CMAKE_CURRENT_LIST_DIR}/remembering_check.cmake)
 file(COPY ${CHECKS} DESTINATION ${WORK})
-file(MAKE_DIRECTORY ${WORK}/build/include/palpate)
-file(CREATE_LINK ${WORK}/geometry ${WORK}/build/include/palpate/geometry SYMBOLIC)
 set(entries "")
 foreach(name one two three)
   string(APPEND entries ",\n{\"directory\": \"${WORK}/build\", \"file\": \"${WORK}/geometry/${name}.cpp\", \"command\":
@@ -25,14 +23,6 @@ function(write_tree header one)
   file(WRITE ${WORK}/geometry/two.cpp "namespace palpate {\nint two() { return 2; }\n} // namespace palpate\n")
   file(WRITE ${WORK}/geometry/three.cpp "namespace palpate {\nnamespace {\n\nint twice(int size) { return size + size; }\n\n"
     "} // namespace\n\nint three() { return twice(1) + 1; }\n} // namespace palpate\n")
-endfunction()
-
-function(expect wanted_status wanted)
-  execute_process(COMMAND ${CMAKE_COMMAND} -E env PALPATE_CHECK_CACHE=${WORK}/cache ${SCRIPT} ${WORK}/build ${WORK}
-    RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
-  if(NOT status EQUAL wanted_status OR NOT "${output}${errors}" MATCHES "${wanted}")
-    message(SEND_ERROR "wanted status ${wanted_status} and \"${wanted}\"; status ${status}:\n${output}${errors}")
-  endif()
 endfunction()
 
 set(header "inline int size_of(long size) { return static_cast<int>(size); }")

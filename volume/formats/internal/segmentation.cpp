@@ -194,10 +194,11 @@ void add_labels(LabelVolume& volume, std::size_t layer, const LabelNames& names)
         occurs[static_cast<std::size_t>(value - *lowest)] = true;
 
     for (std::size_t n = 0; n < occurs.size(); ++n) {
+        if (!occurs[n]) continue;
         Label label;
         label.value = *lowest + static_cast<std::int32_t>(n);
         label.layer = layer;
-        if (!occurs[n] || label.value == 0) continue;
+        if (label.value == 0) continue;
         label.name = std::to_string(label.value);
         if (const auto named = names.find(label.value); named != names.end()) {
             label.name = named->second.name;
