@@ -241,7 +241,8 @@ typedef struct palpate_scene_options {
 } palpate_scene_options;
 
 /* Reads a scene file (TOML) and loads what it names. `options` may be NULL. The scene goes to
- *scene; free it with palpate_scene_free(). [setup] */
+ *scene; free it with palpate_scene_free(). Labels and recordings are looked up later: stay in the
+ working folder, or give an absolute name. [setup] */
 palpate_code palpate_scene_read(const char* file, const palpate_scene_options* options,
                                 palpate_scene** scene, palpate_error* error);
 

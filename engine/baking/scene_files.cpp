@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/baking/baking.h>
+#include <palpate/engine/baking/internal/baked_field.h>
 #include <palpate/engine/record/recording.h>
 #include <palpate/engine/scene/scene_place.h>
 #include <palpate/geometry/formats/mesh_file.h>
@@ -53,6 +54,8 @@ public:
 
     std::shared_ptr<const ScalarField> scalars(const std::string& volume) override {
         const VoxelVolume& voxels = volumes_.volume(volume);
+        internal::require_no_names(scene_.volumes.at(volume), voxels,
+                                   place_of_volume(scene_, volume));
         warnings_[volume] = voxels.warnings;
         return effect_grid(voxels);
     }

@@ -71,10 +71,8 @@ StarterData seen_data(const NewOptions& options) {
     if (!wants_image && std::filesystem::is_directory(named, ignored))
         folder = find_segmentation(named);
     if (!folder) return starter_data(read_data_file(named, settings));
-    if (needs_reference(folder->labels) && settings.selection.reference.empty()) {
-        settings.selection.reference = folder->image;
-        settings.selection.series = folder->image_selection.series;
-    }
+    if (needs_reference(folder->labels) && settings.selection.reference.empty())
+        settings.selection.reference = folder->image; // its series is the one that it refers to
     const DataFile labels = read_data_file(folder->labels, settings);
     StarterData data = starter_data(labels);
     const auto* const volume = std::get_if<LabelVolume>(&labels.content);

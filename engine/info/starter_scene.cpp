@@ -57,6 +57,13 @@ void look_at(const VoxelVolume& volume, StarterData& seen) {
     seen.has_gaps = std::ranges::any_of(volume.values, [](float v) { return std::isnan(v); });
 }
 
+/// Whether a number stands for one label alone, in all layers, and is nobody's name.
+bool has_own_number(const std::vector<Label>& labels, std::int32_t value) {
+    return std::ranges::count_if(labels, [&](const Label& label) {
+               return label.value == value || label.name == std::to_string(value);
+           }) == 1;
+}
+
 void look_at(const LabelVolume& volume, StarterData& seen) {
     seen.kind = Kind::labels;
     const std::vector<LabelExtent> extents = label_extents(volume);
@@ -66,8 +73,11 @@ void look_at(const LabelVolume& volume, StarterData& seen) {
         seen.bounds.add(extents[i].bounds.lower);
         seen.bounds.add(extents[i].bounds.upper);
         StarterLabel known{label.name, label.value, label.name, label.color, extents[i].voxels};
-        const std::vector<std::size_t> found = find_labels(volume, {&known.name, 1});
-        if (found != std::vector{i}) known.named = std::to_string(label.value);
+        const std::vector<std::size_t> alike = find_labels(volume, {&known.name, 1});
+        const bool all_have_own = std::ranges::all_of(alike, [&](std::size_t n) {
+            return has_own_number(volume.labels, volume.labels[n].value);
+        });
+        if (alike.size() > 1 && all_have_own) known.named = std::to_string(label.value);
         seen.labels.push_back(std::move(known));
     }
 }
@@ -407,6 +417,8 @@ std::vector<Part> parts_of(const StarterData& data, const std::vector<std::size_
     parts.reserve(chosen.size());
     std::set<std::string> keys;
     for (const std::size_t i : chosen) {
+        if (std::ranges::find(parts, data.labels[i].named, &Part::label) != parts.end())
+            continue; // labels of one name are one surface
         const std::string key = key_of(data.labels[i].name);
         std::string free = key;
         for (int count = 2; !keys.insert(free).second; ++count)

@@ -26,18 +26,12 @@ Number sum(Number a, Number b, Number c) {
     return a.value_or(0.0) + b.value_or(0.0) + c.value_or(0.0);
 }
 
-/// From where the proxy should be, where that is known: on a mesh it may lag without leaving it.
-const internal::SpreadSummary& off_by(const SurfaceSummary& surface) {
-    return surface.position_um.rms ? surface.position_um : surface.distance_um;
-}
-
 std::vector<std::string> row_of(const ReportTrace& trace) {
     const internal::TraceSummary s = internal::read_trace_summary(trace.title, trace.summary);
-    const Number rms = largest(s.surfaces, [](const SurfaceSummary& of) { return off_by(of).rms; });
-    const Number p99 = largest(s.surfaces, [](const SurfaceSummary& of) { return off_by(of).p99; });
-    const Number chord =
-        largest(s.surfaces, [](const SurfaceSummary& of) { return of.chord_depth_mm; });
     const auto pair = [](Number a, Number b) { return readable(a) + " / " + readable(b); };
+    const auto most = [&](Number (*number)(const SurfaceSummary&)) {
+        return largest(s.surfaces, number);
+    };
     return {trace.title,
             readable(s.frames),
             readable(s.frames_in_contact),
@@ -45,17 +39,21 @@ std::vector<std::string> row_of(const ReportTrace& trace) {
             pair(s.spent_us.p50, s.spent_us.p99),
             readable(sum(s.field_samples, s.roots, s.surface_queries)),
             pair(s.force_n.p50, s.force_n.max),
-            pair(rms, p99),
-            readable(chord)};
+            pair(most([](const SurfaceSummary& of) { return of.distance_um.rms; }),
+                 most([](const SurfaceSummary& of) { return of.distance_um.p99; })),
+            pair(most([](const SurfaceSummary& of) { return of.position_um.rms; }),
+                 most([](const SurfaceSummary& of) { return of.position_um.p99; })),
+            readable(most([](const SurfaceSummary& of) { return of.chord_depth_mm; }))};
 }
 
 } // namespace
 
 std::string report_table(const std::vector<ReportSubject>& subjects) {
     std::vector<std::vector<std::string>> rows{
-        {"", "frames", "in", "sub-steps", "us/frame", "queries", "force N", "off by um", "deepest"},
+        {"", "frames", "in", "sub-steps", "us/frame", "queries", "force N", "off surface um",
+         "off place um", "deepest"},
         {"trace", "", "contact", "mean / max", "p50 / p99", "per frame", "p50 / max", "rms / p99",
-         "chord mm"}};
+         "rms / p99", "chord mm"}};
     for (const ReportSubject& subject : subjects)
         for (const ReportTrace& trace : subject.traces)
             rows.push_back(row_of(trace));

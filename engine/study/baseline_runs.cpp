@@ -18,8 +18,11 @@ namespace {
 /// One baseline's frames as a loop would report them.
 class BaselineContestant final : public Contestant {
 public:
-    BaselineContestant(std::unique_ptr<Baseline> baseline, bool asks_mesh, Clock& clock)
-        : baseline_(std::move(baseline)), clock_(clock), asks_mesh_(asks_mesh) {}
+    /// of_surface: what it feels is the scene's only surface, else a gradient_surface.
+    BaselineContestant(std::unique_ptr<Baseline> baseline, bool asks_mesh, bool of_surface,
+                       Clock& clock)
+        : baseline_(std::move(baseline)), clock_(clock), asks_mesh_(asks_mesh),
+          of_surface_(of_surface) {}
 
     FrameReport frame(const DeviceState& input) noexcept override {
         FrameReport report;
@@ -45,7 +48,7 @@ public:
         report.spent_us = clock_.now_us() - began_us;
         report.proxy = step.proxy;
         report.contacts = step.touches ? 1 : 0;
-        report.surfaces_felt = step.touches ? 1 : 0; // the scene's only one, where it is a surface
+        report.surfaces_felt = step.touches && of_surface_ ? 1 : 0;
         report.evaluations = static_cast<std::uint32_t>(baseline_->samples() - samples);
         (asks_mesh_ ? report.surface_queries : report.field_samples) = report.evaluations;
         report.sub_steps = 1;
@@ -60,6 +63,7 @@ private:
     std::array<Vec3, 2> path_{};
     std::uint32_t trial_ = 0;
     bool asks_mesh_;
+    bool of_surface_;
     bool is_first_ = true;
 };
 
@@ -112,10 +116,12 @@ void add_finger_proxy(const StudyEntry& like, std::shared_ptr<const SurfaceScene
 std::unique_ptr<Contestant> make_baseline_contestant(const StudyEntry& entry, Clock& clock) {
     const BaselineKind kind = *entry.baseline;
     if (kind == BaselineKind::finger_proxy)
-        return std::make_unique<BaselineContestant>(make_finger_proxy(entry.mesh), true, clock);
+        return std::make_unique<BaselineContestant>(make_finger_proxy(entry.mesh), true, true,
+                                                    clock);
     const FeltLevel felt = *the_felt_level(*entry.scene);
     return std::make_unique<BaselineContestant>(
-        make_baseline(kind, felt.field, felt.settings.level), false, clock);
+        make_baseline(kind, felt.field, felt.settings.level), false, felt.surface != nullptr,
+        clock);
 }
 
 } // namespace internal

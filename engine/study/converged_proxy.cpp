@@ -8,6 +8,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/study/internal/study_tally.h>
 #include <palpate/engine/truth/felt_level.h>
+#include <palpate/engine/truth/frame_truth.h>
 
 namespace palpate {
 namespace {
@@ -19,10 +20,10 @@ constexpr int kMostEvaluations = 256; // of method adaptive
 constexpr int kFineSteps = 2048;
 constexpr int kCoarseSteps = 1024;
 
-LoopDescription adaptive_to(LoopDescription loop, double tolerance_um) {
+LoopDescription adaptive_to(LoopDescription loop, double tolerance_um, int evaluation_cap) {
     loop.method = SteppingMethod::adaptive;
     loop.tolerance_um = tolerance_um;
-    loop.evaluation_cap = kMostEvaluations;
+    loop.evaluation_cap = evaluation_cap;
     return loop;
 }
 
@@ -49,6 +50,31 @@ StudyRun::Error left_along(const Scene& scene, std::span<const DeviceState> inpu
                              glm::length(way - (glm::dot(gradient, way) / squared) * gradient));
     }
     return internal::error_of(std::move(lengths_um));
+}
+
+/// How far proxies are from a sphere's point nearest to the probe; not known where no sphere alone
+/// is felt.
+StudyRun::Error off_sphere(const Scene& scene, std::span<const DeviceState> inputs,
+                           const ConvergedProxies& found) {
+    const std::optional<FeltSphere> sphere = FrameTruth(scene).sphere();
+    if (!sphere) return {};
+    std::vector<double> distances_um;
+    for (std::size_t i = 0; i < found.proxies.size(); ++i)
+        if (found.in_contact[i])
+            distances_um.push_back(
+                1e6 * glm::length(found.proxies[i] - sphere->nearest(inputs[i].position)));
+    return internal::error_of(std::move(distances_um));
+}
+
+/// What a reference is known to: its distance from a coarser one. Two numbers of shares meet a wall
+/// in the same share, so they are off alike, and their distance does not say so: a sphere does.
+StudyRun::Error known_to(const Scene& scene, std::span<const DeviceState> inputs,
+                         const ConvergedProxies& found, const ConvergedProxies& coarser,
+                         bool of_shares) {
+    const StudyRun::Error apart = distance_between(found, coarser);
+    if (!of_shares) return apart;
+    const StudyRun::Error off = off_sphere(scene, inputs, found);
+    return off.rms_um > apart.rms_um ? off : apart;
 }
 
 } // namespace
@@ -86,14 +112,17 @@ ConvergedProxies converged_proxies(std::shared_ptr<const Scene> scene,
     own.budget_us.reset(); // of method paper alone, and longer than the period at some rates
     if (rate_hz > 0.0) own.rate_hz = rate_hz;
     const bool has_level = scene->plan().uncertified.empty();
-    const LoopDescription fine = has_level ? adaptive_to(own, kFine_um) : fixed_to(own, kFineSteps);
-    const LoopDescription coarse =
-        has_level ? adaptive_to(own, kCoarse_um) : fixed_to(own, kCoarseSteps);
+    const LoopDescription fine =
+        has_level ? adaptive_to(own, kFine_um, kMostEvaluations) : fixed_to(own, kFineSteps);
+    // Its cap is lower, too: else both would stop at the same place where they are cut short.
+    const LoopDescription coarse = has_level ? adaptive_to(own, kCoarse_um, kMostEvaluations / 2)
+                                             : fixed_to(own, kCoarseSteps);
     ConvergedProxies found = proxies_with(scene, inputs, fine, progress);
+    const ConvergedProxies coarser = proxies_with(scene, inputs, coarse, progress);
     found.reference = {has_level ? fmt::format("adaptive to {:g} um, at most {} evaluations",
                                                kFine_um, kMostEvaluations)
                                  : fmt::format("fixed {}", kFineSteps),
-                       distance_between(found, proxies_with(scene, inputs, coarse, progress)),
+                       known_to(*scene, inputs, found, coarser, !has_level),
                        left_along(*scene, inputs, found)};
     return found;
 }

@@ -110,8 +110,11 @@ Way way_of(std::shared_ptr<const Scene> scene, std::span<const DeviceState> inpu
         instructions += of_frame;
         way.readings += static_cast<double>(clock.readings() - before);
         ++frames;
+        // A frame begins where the one before has ended: a way of no length costs nothing.
         for (const Vec3& corner : loop.path())
-            if (way.places.size() < kMostPlaces) way.places.push_back(corner);
+            if (way.places.size() < kMostPlaces &&
+                (way.places.empty() || corner != way.places.back()))
+                way.places.push_back(corner);
     }
     if (frames > 0.0) way.readings /= frames;
     if (evaluations > 0.0) way.instructions_per_evaluation = instructions / evaluations;

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/report/internal/html.h>
-#include <palpate/engine/report/internal/spread.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
 #include <palpate/engine/scene/soft_surfaces.h>
@@ -110,7 +109,7 @@ void conclude(FramePrice& price, const StudyRun& with, const StudyRun& without) 
         differences_us.push_back(with.spent_p50_each_us[i] - without.spent_p50_each_us[i]);
     price.with_us = with.spent_p50_us;
     price.without_us = without.spent_p50_us;
-    price.price_us = internal::spread_of(differences_us).p50;
+    price.price_us = internal::median_of(differences_us);
     price.range_us = internal::range_of(differences_us);
 }
 

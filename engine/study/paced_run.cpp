@@ -13,6 +13,7 @@
 #include <palpate/engine/loop/haptic_loop.h>
 #include <palpate/engine/run/paced_clock.h>
 #include <palpate/engine/run/scheduler.h>
+#include <palpate/engine/study/internal/baseline_contestant.h>
 #include <palpate/engine/study/internal/study_tally.h>
 #include <palpate/engine/truth/frame_truth.h>
 
@@ -83,7 +84,9 @@ StudyRun run_at_pace(std::shared_ptr<const Scene> scene, std::span<const DeviceS
         if (progress && !progress(done, "in real time")) cancelled = true;
     if (cancelled) throw std::runtime_error("cancelled");
 
-    FrameTruth truth(*scene);
+    // As the other rows of its table are measured.
+    FrameTruth truth(*scene, internal::the_felt_level(*scene) ? FrameTruth::Measure::levels
+                                                              : FrameTruth::Measure::what_is_felt);
     for (const FrameReport& frame : frames) {
         tally.add_frame(frame, settings);
         tally.add_truth(truth.of(frame));

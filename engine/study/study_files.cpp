@@ -74,7 +74,9 @@ json or_null(std::optional<double> value) { return value ? json(*value) : json()
 
 json trades_json(const Study& study, TradedError error) {
     json trades = json::array();
-    for (const TradeOff& trade : trade_offs(study.runs, error)) {
+    const bool of_reference = error == TradedError::position && study.reference;
+    const double known_to_um = of_reference ? study.reference->own_error.rms_um : 0.0;
+    for (const TradeOff& trade : trade_offs(study.runs, error, known_to_um)) {
         json entry{{"method", trade.method}, {"certified", trade.certified}};
         for (std::size_t i = 0; i < kEqualErrors_um.size(); ++i)
             entry[fmt::format("us_for_{:g}_um", kEqualErrors_um[i])] =
@@ -97,28 +99,32 @@ json error_json(const StudyRun::Error& error) {
 json errors_json(const Study& study) {
     json parts = json::array();
     for (const ErrorPart& part : study.errors)
-        parts.push_back({{"source", part.source},
-                         {"how", part.how},
-                         {"position", error_json(part.position)},
-                         {"level", error_json(part.level)},
-                         {"known_to_um", part.known_to_um},
-                         {"why_not", part.why_not}});
+        parts.push_back(
+            {{"source", part.source},
+             {"how", part.how},
+             {"position", error_json(part.position)},
+             {"level", error_json(part.level)},
+             {"known_to_um",
+              or_null(part.position.frames > 0 ? std::optional(part.known_to_um) : std::nullopt)},
+             {"why_not", part.why_not}});
     return parts;
 }
 
 json costs_json(const Study& study) {
     json parts = json::array();
-    for (const CostPart& part : study.costs)
+    for (const CostPart& part : study.costs) {
+        const bool is_counted = part.part != "rest";
         parts.push_back({{"run", part.run},
                          {"part", part.part},
-                         {"count_per_frame", part.count},
-                         {"each_ns", part.each_ns},
+                         {"count_per_frame", is_counted ? json(part.count) : json()},
+                         {"each_ns", is_counted ? json(part.each_ns) : json()},
                          {"frame_us", part.frame_us},
                          {"per_evaluation_ns", part.per_evaluation_ns},
                          {"each_instructions", or_null(part.each_instructions)},
                          {"frame_instructions", or_null(part.frame_instructions)},
                          {"per_evaluation_instructions", or_null(part.per_evaluation_instructions)},
                          {"no_instructions", part.no_instructions}});
+    }
     return parts;
 }
 

@@ -63,7 +63,8 @@ std::vector<PowerFit> fits_of(const Sweep& sweep) {
         if (!row.why_not.empty() || row.run.frames_in_contact == 0) continue;
         const std::string method{method_of(row.run)};
         const StudyRun::Error& error = against_level ? row.run.level : row.run.converged;
-        errors[method].push_back({row.value, error.rms_um});
+        if (against_level || error.rms_um > row.known_to_um)
+            errors[method].push_back({row.value, error.rms_um});
         const bool chooses_time = !row.run.baseline && row.run.loop.method == SteppingMethod::paper;
         if (row.size > 0.0 && !chooses_time)
             times[method].push_back({row.size, row.run.spent_p50_us});
@@ -191,6 +192,7 @@ Sweep run_sweep(SweepKind kind, std::shared_ptr<const Scene> scene,
             if (row.contact.empty() && !point.scene->surfaces().empty())
                 row.contact = name(point.scene->surfaces().front().contact);
             row.run = std::move(runs[next]);
+            row.known_to_um = point.converged.reference.own_error.rms_um;
             sweep.rows.push_back(std::move(row));
         }
     }
@@ -214,13 +216,17 @@ std::string sweep_table(const Sweep& sweep) {
             return internal::readable(known ? std::optional(of) : std::nullopt);
         };
         const bool felt = row.run.frames_in_contact > 0;
+        const double position_um = row.run.converged.rms_um;
+        const std::string position = position_um < row.known_to_um
+                                         ? "< " + internal::readable(row.known_to_um)
+                                         : internal::readable(position_um);
         text +=
             fmt::format(fmt::runtime(kRow), value, row.contact, number(row.size > 0.0, row.size),
                         title(row.run), number(felt, row.run.spent_p50_us),
                         number(felt, row.run.spent_p50_range_us.p10_us),
                         number(felt, row.run.spent_p50_range_us.p90_us),
                         number(row.run.level.frames > 0, row.run.level.rms_um),
-                        number(row.run.converged.frames > 0, row.run.converged.rms_um));
+                        row.run.converged.frames > 0 ? position : internal::readable({}));
     }
     for (const PowerFit& fit : sweep.fits)
         text += fmt::format("{}: to the power of {:.2f} +- {:.2f} ({} points)\n", fit.of,
@@ -231,7 +237,7 @@ std::string sweep_table(const Sweep& sweep) {
 std::string sweep_csv(std::span<const Sweep> sweeps) {
     std::string text = "sweep,value,unit,contact,size,method,setting,spent_p50_us,spent_p50_p10_us,"
                        "spent_p50_p90_us,spent_p99_us,evaluations_mean,level_rms_um,level_max_um,"
-                       "converged_rms_um,converged_max_um,why_not\n";
+                       "converged_rms_um,converged_max_um,why_not,known_to_um\n";
     const auto cell = [](bool known, double value) {
         return known && std::isfinite(value) ? fmt::format(",{:.17g}", value) : std::string(",");
     };
@@ -254,7 +260,8 @@ std::string sweep_csv(std::span<const Sweep> sweeps) {
                     cell(ran && run.level.frames > 0, run.level.max_um) +
                     cell(ran && run.converged.frames > 0, run.converged.rms_um) +
                     cell(ran && run.converged.frames > 0, run.converged.max_um) + "," +
-                    internal::csv_cell(row.why_not) + "\n";
+                    internal::csv_cell(row.why_not) +
+                    cell(ran && run.converged.frames > 0, row.known_to_um) + "\n";
         }
     return text;
 }

@@ -33,11 +33,12 @@ std::string_view unit(SweepKind kind) noexcept; ///< of SweepRow::value; empty o
 
 /// One method at one value.
 struct SweepRow {
-    double value = 0.0;  ///< m/s, mm, N/m or Hz; 0 of contacts
-    std::string contact; ///< as it was felt
-    double size = 0.0;   ///< voxels or facets, where these are varied
-    StudyRun run;        ///< errors against the scene itself, by its volume where it has one
-    std::string why_not; ///< why there is no run, without a comma; empty where there is one
+    double value = 0.0;       ///< m/s, mm, N/m or Hz; 0 of contacts
+    std::string contact;      ///< as it was felt
+    double size = 0.0;        ///< voxels or facets, where these are varied
+    StudyRun run;             ///< errors against the scene itself, by its volume where it has one
+    double known_to_um = 0.0; ///< of positions: what their reference is known to, rms
+    std::string why_not;      ///< why there is no run, without a comma; empty where there is one
 };
 
 /// y ~ x^exponent, by least squares of the logarithms.
@@ -53,7 +54,7 @@ struct Sweep {
     SweepKind kind = SweepKind::speed; ///< what was varied
     std::vector<SweepRow> rows;        ///< value by value, method by method
     std::vector<PowerFit> fits; ///< of error and, where a size is varied, time; only where there
-                                ///< are three points above 0
+                                ///< are three points above 0, or above what they are known to
 };
 
 /// The scene's path with the methods single, fixed and adaptive as the scene has them and paper

@@ -27,7 +27,7 @@ std::string cells(const std::array<std::optional<double>, Count>& values, double
 
 std::string table_of(std::span<const StudyRun> runs, TradedError error, double known_to_um,
                      const char* caption) {
-    const std::vector<TradeOff> trades = trade_offs(runs, error);
+    const std::vector<TradeOff> trades = trade_offs(runs, error, known_to_um);
     if (trades.empty()) return {};
     std::string text = fmt::format("{}\n\n| method |", caption);
     for (const double error_um : kEqualErrors_um)
@@ -47,7 +47,8 @@ std::string table_of(std::span<const StudyRun> runs, TradedError error, double k
 
 } // namespace
 
-std::vector<TradeOff> trade_offs(std::span<const StudyRun> runs, TradedError error) {
+std::vector<TradeOff> trade_offs(std::span<const StudyRun> runs, TradedError error,
+                                 double known_to_um) {
     std::vector<TradeOff> trades;
     for (const StudyRun& run : runs) {
         const StudyRun::Error& of = error == TradedError::position ? run.converged : run.level;
@@ -58,7 +59,7 @@ std::vector<TradeOff> trade_offs(std::span<const StudyRun> runs, TradedError err
         if (trade == trades.end()) trade = trades.insert(trades.end(), {method, true, {}, {}});
         trade->certified = trade->certified && run.note.empty();
         for (std::size_t i = 0; i < kEqualErrors_um.size(); ++i)
-            if (of.rms_um <= kEqualErrors_um[i])
+            if (std::max(of.rms_um, known_to_um) <= kEqualErrors_um[i])
                 keep_least(trade->cheapest_us[i], run.spent_p50_us);
         for (std::size_t i = 0; i < kEqualTimes_us.size(); ++i)
             if (run.spent_p50_us <= kAsLong * kEqualTimes_us[i])

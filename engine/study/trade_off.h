@@ -31,8 +31,10 @@ struct TradeOff {
 };
 
 /// One for each method, in the order of the runs; runs in real time are left out, as are those
-/// whose error is not known.                                                              [setup]
-std::vector<TradeOff> trade_offs(std::span<const StudyRun> runs, TradedError error);
+/// whose error is not known. An error below `known_to_um`, um rms, counts as one of that for
+/// `cheapest_us`.                                                                         [setup]
+std::vector<TradeOff> trade_offs(std::span<const StudyRun> runs, TradedError error,
+                                 double known_to_um = 0.0);
 
 /// Both errors' tables in Markdown, as README can quote them; empty where no error is known.
 /// Of positions nothing below what the reference is known to, um, is claimed.             [setup]

@@ -177,6 +177,7 @@ constexpr std::array kMeshEndings{".ply", ".stl", ".obj", ".vtp", ".vtk"};
 void internal::note_statements(std::string_view comment, std::optional<std::size_t> byte,
                                internal::FileMesh& file) {
     for (std::string_view word : internal::words_of(comment)) {
+        word.remove_prefix(std::min(word.find_first_not_of("#<!-"), word.size())); // "#SPACE=RAS"
         if (!word.starts_with("SPACE=") && !word.starts_with("UNIT=")) continue;
         while (word.ends_with('.') || word.ends_with(',') || word.ends_with(';'))
             word.remove_suffix(1); // of the sentence around it

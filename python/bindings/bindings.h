@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -76,10 +78,46 @@ auto about(Work&& work) {
     }
 }
 
+/// Work without the interpreter's lock. Python unwinds a thread that asks for the lock once the
+/// interpreter is gone, which in a destructor is std::terminate. So the interpreter waits for such
+/// work at its end, and interruptible() ends that.
+class LongWork {
+public:
+    /// With the lock. Throws SystemExit where the interpreter ends in another thread.
+    LongWork() {
+        if (is_to_end(std::this_thread::get_id())) {
+            PyErr_SetNone(PyExc_SystemExit);
+            throw py::error_already_set();
+        }
+        ++running_;
+    }
+    ~LongWork() { --running_; }
+    LongWork(const LongWork&) = delete;
+    LongWork& operator=(const LongWork&) = delete;
+
+    /// Whether the interpreter ends, in another thread than this one.
+    static bool is_to_end(std::thread::id thread) {
+        const std::thread::id ending = ending_;
+        return ending != std::thread::id() && ending != thread;
+    }
+    /// At the interpreter's end, with the lock.
+    static void end() {
+        ending_ = std::this_thread::get_id();
+        const py::gil_scoped_release released;
+        while (running_ > 0)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+
+private:
+    static inline std::atomic<int> running_{0};
+    static inline std::atomic<std::thread::id> ending_{};
+};
+
 /// The same without the interpreter's lock: other threads of Python run meanwhile.
 template <class Problem, class Work>
 auto about_long(Work&& work) {
     return about<Problem>([&work] {
+        const LongWork counted;
         const py::gil_scoped_release released;
         return work();
     });
@@ -89,16 +127,22 @@ auto about_long(Work&& work) {
 /// was generated becomes a UserWarning of Python. Throws ArgumentProblem on `every`, SceneProblem.
 std::vector<DeviceState> own_states(const Scene& scene, int every);
 
-/// Lets Ctrl-C end a long piece of work that was begun without the interpreter's lock: asks Python
-/// twenty times a second, so that a busy interpreter hardly delays it.
+/// Lets Ctrl-C, and the end of the interpreter, end a long piece of work that was begun in this
+/// thread without the interpreter's lock: asks Python twenty times a second, so that a busy
+/// interpreter hardly delays it.
 inline Progress interruptible() {
     using Clock = std::chrono::steady_clock;
-    return [last = Clock::now()](double, std::string_view) mutable {
-        if (Clock::now() - last < std::chrono::milliseconds(50)) return true;
-        const py::gil_scoped_acquire held;
-        last = Clock::now();
-        return PyErr_CheckSignals() == 0;
-    };
+    return
+        [last = Clock::now(), of = std::this_thread::get_id()](double, std::string_view) mutable {
+            if (Clock::now() - last < std::chrono::milliseconds(50)) return true;
+            const py::gil_scoped_acquire held;
+            last = Clock::now();
+            if (LongWork::is_to_end(of)) {
+                PyErr_SetNone(PyExc_SystemExit); // ends a thread quietly
+                return false;
+            }
+            return PyErr_CheckSignals() == 0;
+        };
 }
 
 /// Which labels a scene's surfaces are touched at. Reads its label volumes when it is first asked.

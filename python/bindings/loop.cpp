@@ -143,9 +143,15 @@ public:
     void set_gain(std::size_t effect, double gain) {
         if (loop_->set_gain(effect, gain)) return;
         if (!GainRamp::in_range(gain))
-            throw ArgumentProblem("gain = " + std::to_string(gain) +
+            throw ArgumentProblem("gain = " + std::string(py::repr(py::float_(gain))) +
                                   " is out of range; give a number in [0, 10]");
-        const PlannedEffect& planned = newest_scene().plan().effects[effect];
+        const std::vector<PlannedEffect>& effects = newest_scene().plan().effects;
+        if (effect >= effects.size()) // another thread has adopted a scene since they were counted
+            throw ArgumentProblem("effect = " + std::to_string(effect) +
+                                  (effects.empty() ? ": the scene has none; add one to it"
+                                                   : " is out of range; give an integer in [0, " +
+                                                         std::to_string(effects.size() - 1) + "]"));
+        const PlannedEffect& planned = effects[effect];
         throw ArgumentProblem(
             "effect = " + std::to_string(effect) +
             (planned.on ? ": is a workspace that keeps the proxy from what was left out; keep its "

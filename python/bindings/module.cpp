@@ -15,7 +15,7 @@ namespace {
 /// Raises an exception of palpate/errors.py.
 void raise(const char* name, const char* message) {
     const py::object kind = py::module_::import("palpate.errors").attr(name);
-    PyErr_SetObject(kind.ptr(), words(message).ptr());
+    PyErr_SetObject(kind.ptr(), words(plain_text(message)).ptr()); // one line, whatever it names
 }
 
 void translate(std::exception_ptr thrown) {
@@ -24,7 +24,7 @@ void translate(std::exception_ptr thrown) {
     } catch (const SceneProblem& problem) {
         raise("SceneError", problem.what());
     } catch (const FileProblem& problem) {
-        raise("FileError", plain_text(problem.what()).c_str()); // one line, whatever its name is
+        raise("FileError", problem.what());
     } catch (const ArgumentProblem& problem) {
         raise("ArgumentError", problem.what());
     }
@@ -71,6 +71,7 @@ PYBIND11_MODULE(_palpate, module) {
     add_frames(module);
     add_runs(module);
     add_loop(module);
+    py::module_::import("atexit").attr("register")(py::cpp_function(&LongWork::end));
     module.def("read_mesh", read_mesh_arrays, py::arg("file"),
                "((V, F), warnings) of a mesh file, m, LPS");
     module.def("flag_names", flag_names, py::arg("flags"), "names of the bits of a frame's flags");

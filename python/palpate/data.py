@@ -32,7 +32,12 @@ def _array(name: str, values: Any, wanted: np.dtype, axes: str) -> np.ndarray:
             f"{name}: is of type {values.dtype.str}; give {name}.astype({kind}, "
             'order="F"), which is a copy'
         )
-    if not (values.flags.f_contiguous and values.flags.aligned):
+    if values.flags.f_contiguous and not values.flags.aligned:
+        raise ArgumentError(
+            f"{name}: begins at an address that is no multiple of {wanted.itemsize} bytes, as "
+            f'after a header in a file; give {name}.copy(order="F")'
+        )
+    if not values.flags.f_contiguous:
         raise ArgumentError(
             f"{name}: does not lie in memory with its first index fastest; give "
             f"np.asfortranarray({name}), which is a copy, or {name}.T where the order of its "
@@ -77,6 +82,11 @@ class VolumeData:
 
     _native: _palpate.VolumeData
     _words: str
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Of its arrays: to be copied, and to be sent to another process."""
+        names = (self.names,) if isinstance(self, Labels) else ()
+        return type(self), (self.values, self.index_to_scene, *names)
 
     @property
     def sha256(self) -> str:

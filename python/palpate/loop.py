@@ -70,6 +70,12 @@ class Loop:
                 native(scene), *_options(method, sub_steps, tolerance_um, budget_us)
             )
 
+    def __copy__(self) -> Loop:
+        raise TypeError("a Loop is not copied; make another one alike, and restore(save()) there")
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Loop:
+        return self.__copy__()
+
     def frame(
         self,
         position: Sequence[float] | np.ndarray,
@@ -158,7 +164,9 @@ class Loop:
 
         The proxy stays where it is on each surface that is still there: of the same name, data,
         level and contact. What is new, and holds the proxy inside, is not felt until the proxy has
-        left it. The force follows within the slew limit. Gains are 1. Raises ArgumentError where
+        left it. The force follows within the slew limit. Gains are 1. `touches`, `path` and
+        `wrench` are of the last frame until the next one, or until `save`, `restore` or
+        `warnings`, which take the scene over: they are empty then. Raises ArgumentError where
         coupling or limits differ from the loop's.
         """
         self._native.adopt(native(scene))

@@ -401,8 +401,11 @@ def _merged(units: list[_Unit], folder: Path) -> Studies:
     for name in (_TABLE, _TIMING):
         _require_own(folder / name)
     table, timing = _csv(units, results, with_clock=False), _csv(units, results, with_clock=True)
-    _write(folder / _TABLE, table)
-    _write(folder / _TIMING, timing)
+    try:
+        _write(folder / _TABLE, table)
+        _write(folder / _TIMING, timing)
+    except OSError as error:
+        raise FileError(f"{folder}: {error.strerror}; name a folder that can be written") from None
     for unit in units:  # of workers that were killed while they wrote
         for part in folder.glob(f".{_file_name(unit)}.*.part"):
             part.unlink(missing_ok=True)

@@ -336,8 +336,9 @@ def replay(
     ``scene``: the scene that it was made with, where that has data in memory: a recording keeps
     their hashes alone. The same data lead to the same frames, wherever they lie now. Coupling,
     limits and settings of effects are not compared. ``cache`` and ``extraction`` are those of
-    `Scene`. Raises FileError that says what has changed since it was recorded, or why it cannot
-    be replayed; ArgumentError where ``scene`` is missing.
+    `Scene`; ``extraction`` None: as ``scene`` was made. Raises FileError that says what has
+    changed since it was recorded, or why it cannot be replayed; ArgumentError where ``scene`` is
+    missing.
     """
     if not isinstance(recording, Recording):
         remedy = "a palpate.Recording or a file's name"
@@ -348,6 +349,8 @@ def replay(
             "the palpate.Scene that it was made with"
         )
     made_of = None if scene is None else native(scene)
+    if scene is not None and extraction is None:
+        extraction = scene._extraction
     return Trace(
         _palpate.replay(recording._native, made_of, _folder(cache), _extractor(extraction))
     )

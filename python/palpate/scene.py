@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,7 @@ from palpate import _palpate, _toml
 from palpate._arguments import choice, file_name, integer, point_rows, shown
 from palpate._arguments import text as _text
 from palpate.data import VolumeData
-from palpate.errors import SceneError
+from palpate.errors import FileError, SceneError
 from palpate.meshes import Mesh, _arrays
 
 
@@ -32,6 +34,11 @@ def _extractor(extraction: bool | None) -> Any:
     try:
         from palpate import _extraction
     except ImportError as error:
+        if importlib.util.find_spec("palpate._extraction") is not None:
+            raise SceneError(
+                f"extraction: palpate._extraction is there and cannot be loaded ({error}); "
+                "install what it needs, or give extraction=False"
+            ) from error
         if extraction:
             raise SceneError(
                 "extraction = True: this build of the package has none; "
@@ -43,6 +50,19 @@ def _extractor(extraction: bool | None) -> Any:
 
 def _folder(cache: str | os.PathLike[str] | None) -> bytes:
     return b"" if cache is None else file_name("cache", cache, "a folder's name or None")
+
+
+@contextmanager
+def _anchored(file: bytes) -> Iterator[bytes]:
+    """A scene's file, wherever the working folder goes later; errors name it as it was given."""
+    if not file or os.path.isabs(file):
+        yield file
+        return
+    whole = os.path.join(os.getcwdb(), file)
+    try:
+        yield whole
+    except (SceneError, FileError) as error:
+        raise type(error)(str(error).replace(os.fsdecode(whole), os.fsdecode(file))) from None
 
 
 def _table(tables: Mapping[str, Any], key: str) -> Mapping[str, Any]:
@@ -131,6 +151,7 @@ class Scene:
         extraction: bool | None = None,
     ) -> None:
         folder, extractor = _folder(cache), _extractor(extraction)
+        self._extraction = extraction
         if isinstance(source, Mapping):
             tables, self._volumes, self._meshes = _split(source)
             text = _toml.scene_text(tables)
@@ -139,15 +160,16 @@ class Scene:
                 name: _arrays(mesh, f'surface["{name}"]') for name, mesh in self._meshes.items()
             }
             try:
-                self._native = _palpate.Scene.from_text(
-                    text, "dict", folder, extractor, volumes, meshes
-                )
+                with _anchored(b"dict") as file:
+                    self._native = _palpate.Scene.from_text(
+                        text, file, folder, extractor, volumes, meshes
+                    )
             except SceneError as error:
                 raise SceneError(_toml.without_lines(str(error), text)) from None
         elif isinstance(source, (str, os.PathLike)):
-            file = file_name("source", source)
             self._volumes, self._meshes = {}, {}
-            self._native = _palpate.Scene.from_file(file, folder, extractor)
+            with _anchored(file_name("source", source)) as file:
+                self._native = _palpate.Scene.from_file(file, folder, extractor)
         else:
             raise TypeError(
                 f"source is of type {type(source).__name__}; give a file's name or a dict"
@@ -168,10 +190,11 @@ class Scene:
         """
         toml = _text("text", text, "the TOML of a scene")
         scene = cls.__new__(cls)
-        scene._volumes, scene._meshes = {}, {}
-        scene._native = _palpate.Scene.from_text(
-            toml, file_name("file", file), _folder(cache), _extractor(extraction), {}, {}
-        )
+        scene._volumes, scene._meshes, scene._extraction = {}, {}, extraction
+        with _anchored(file_name("file", file)) as name:
+            scene._native = _palpate.Scene.from_text(
+                toml, name, _folder(cache), _extractor(extraction), {}, {}
+            )
         return scene
 
     @property
@@ -228,6 +251,7 @@ class Scene:
         """
         scene = type(self).__new__(type(self))
         scene._volumes, scene._meshes = self._volumes, self._meshes
+        scene._extraction = self._extraction
         scene._native = self._native.of_hand(_text("name", name, 'that of a hand, as "left"'))
         return scene
 

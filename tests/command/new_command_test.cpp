@@ -8,7 +8,9 @@
 
 #include <gmock/gmock.h>
 
+#include <palpate/engine/scene/scene_file.h>
 #include <palpate/geometry/formats/mesh_file.h>
+#include <palpate/volume/formats/label_file.h>
 #include <palpate/volume/formats/volume_file.h>
 
 #include "tests/command/command_run.h"
@@ -138,6 +140,21 @@ TEST_F(NewScene, OfADicomFolderWithASegmentationOrAStructureSetIsFelt) {
     expect_felt({"rt/set.dcm", "--reference", "rt"});
     expect_refused("rt/set.dcm", 3, "name that with reference = ");
     expect_refused("rt/set.dcm", 3, "--reference nowhere", {"--reference", "nowhere"});
+
+    // Another series of the folder, which is listed first: the set was not drawn on that one.
+    test::DicomSeriesOptions other;
+    other.series_uid = "1.2.826.0.1.3680043.10.54.99";
+    other.number = 0;
+    other.prefix = "other_";
+    test::write_dicom_series(
+        *this / "rt",
+        test::sampled({10, 10, 10}, {Mat3(4e-3), Vec3(-0.018)}, [](const Vec3&) { return 0.0; }),
+        other);
+    expect_felt({"rt"});
+    const VolumeDescription set =
+        parse_scene(content_of(*this / "scene.toml"), *this / "scene.toml").volumes.at("set");
+    EXPECT_EQ(read_label_volume(set.file, set.labels, set.selection).size,
+              (std::array{40, 40, 40}));
 }
 
 TEST_F(NewScene, OfWhatHasNoSurfaceIsRefusedInOneLine) {

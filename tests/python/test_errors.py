@@ -429,6 +429,17 @@ class Errors(unittest.TestCase):
         with self.assertRaisesRegex(KeyError, "proxy_x_m"):
             trace["proxy"]
 
+    def test_names_with_line_ends_make_one_line(self):
+        scene = palpate.Scene(cavity())
+        for call in (
+            lambda: palpate.Loop(scene, method="a\nb"),
+            lambda: scene.of_hand("a\rb"),
+            lambda: palpate.SurfaceDistance(scene, "a\nb"),
+        ):
+            with self.assertRaises(palpate.ArgumentError) as caught:
+                call()
+            self.assertEqual(len(str(caught.exception).splitlines()), 1)
+
 
 if __name__ == "__main__":
     main()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A loop step by step gives the frames of a trace."""
 
+import copy
 import unittest
 
 import numpy as np
@@ -153,6 +154,15 @@ class Loops(unittest.TestCase):
         np.testing.assert_array_equal(loop.path[-1], report.proxy_m)
         self.assertEqual(len(loop.steps_left), report.evaluations)
         self.assertEqual(loop.warnings, [])
+
+    def test_a_loop_is_not_copied(self):
+        for made in (copy.copy, copy.deepcopy):
+            with self.assertRaisesRegex(TypeError, r"restore\(save\(\)\)"):
+                made(palpate.Loop(palpate.Scene(cavity())))
+
+    def test_a_gain_is_said_as_it_was_given(self):
+        with self.assertRaisesRegex(palpate.ArgumentError, "gain = 10.0000001 is"):
+            palpate.Loop(palpate.Scene(cavity())).set_gain(0, 10.0000001)
 
 
 if __name__ == "__main__":

@@ -51,6 +51,18 @@ def results_of(folder):
     return sorted(file for file in folder.glob("*.json"))
 
 
+_FULL = """
+import json, resource, signal, sys
+import palpate
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (600, resource.RLIM_INFINITY))
+try:
+    palpate.merge_studies(json.loads(sys.argv[2]), out=sys.argv[1])
+except palpate.FileError as error:
+    print(error)
+"""
+
+
 class Many(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -291,6 +303,15 @@ except palpate.Error as error:
         self.assertEqual((out / TABLE).read_bytes(), self.table)
         self.assertEqual(over_dask.text, self.serial.text)
         self.assertEqual(list(out.glob(".*")), [])
+
+    def test_a_full_disk_is_told(self):
+        device = {"type": "orbit", "duration_s": 0.05}
+        units = [{"scan": "a", "structure": "b", "scene": {**cavity(), "device": device}}]
+        units[0]["baselines"] = False
+        with tempfile.TemporaryDirectory() as folder:
+            palpate.study_many(units, out=folder)
+            said = run_python(_FULL, folder, json.dumps(units))
+        self.assertIn("; name a folder that can be written", said.stdout, said.stderr)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arrays are a scene's data: felt as those in a file are, not copied, kept as long as needed."""
 
+import copy
 import gc
 import gzip
 import importlib.util
 import os
+import pickle
 import re
 import tempfile
 import unittest
@@ -297,6 +299,30 @@ print(peak_mb() - before)
         np.testing.assert_allclose((scene @ index)[:3], [-right / 1e3, -front / 1e3, up / 1e3])
         with self.assertRaisesRegex(palpate.ArgumentError, "^affine: "):
             palpate.affine_from_ras_mm(np.eye(3))
+
+
+class Copies(unittest.TestCase):
+    def test_arrays_are_copied_and_sent_to_other_processes(self):
+        for data in (ball(), halves()):
+            for made in (copy.deepcopy(data), pickle.loads(pickle.dumps(data))):
+                self.assertEqual(made.sha256, data.sha256)
+                self.assertEqual(repr(made), repr(data))
+
+    @unittest.skipUnless(CAN_EXTRACT, "this build of the package makes no meshes of volumes")
+    def test_a_recording_is_replayed_with_its_own_scene(self):
+        scene = palpate.Scene(scene_of(ball(), iso_value=0.0), extraction=False)
+        trace = palpate.trace(scene, over_the_top(50))
+        with tempfile.TemporaryDirectory() as folder:
+            trace.save(Path(folder) / "r.h5")
+            again = palpate.replay(Path(folder) / "r.h5", scene)
+        np.testing.assert_array_equal(again.force_n, trace.force_n)
+
+    def test_what_begins_at_an_odd_address_is_told_to_be_copied(self):
+        memory = bytearray(17) + np.zeros(64, np.float32).tobytes()
+        values = np.frombuffer(memory, np.float32, offset=17).reshape((4, 4, 4), order="F")
+        with self.assertRaisesRegex(palpate.ArgumentError, r'values.copy\(order="F"\)'):
+            palpate.Voxels(values, AFFINE)
+        palpate.Voxels(values.copy(order="F"), AFFINE)
 
 
 class FirstForce(unittest.TestCase):

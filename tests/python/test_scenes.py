@@ -1,18 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes from a dict, from text and from a file are one."""
 
+import os
 import tempfile
 import tomllib
 import unittest
 from pathlib import Path, PurePosixPath
 
 import numpy as np
-from support import CAVITY_TOML, ROOT, cavity, main, run_command, strokes
+from support import (
+    CAVITY_TOML,
+    ROOT,
+    cavity,
+    main,
+    run_command,
+    run_python,
+    strokes,
+    write_path,
+)
 
 import palpate
 from palpate import _toml
 
 EXAMPLES = ROOT / "examples"
+_BROKEN = """
+import sys
+from pathlib import Path
+import palpate
+(Path(sys.argv[1]) / "_extraction.so").write_bytes(b"not a library")
+palpate.__path__.insert(0, sys.argv[1])
+try:
+    palpate.Scene({})
+except palpate.SceneError as error:
+    print(error)
+"""
 
 
 class Scenes(unittest.TestCase):
@@ -31,6 +52,41 @@ class Scenes(unittest.TestCase):
         for other in forces[1:]:
             self.assertEqual(forces[0].tobytes(), other.tobytes())
         self.assertEqual([scene.name for scene in scenes], ["dict", "text", "cavity", "cavity"])
+
+    def test_a_scene_stays_where_its_files_are(self):
+        here = os.getcwd()
+        self.addCleanup(os.chdir, here)
+        with tempfile.TemporaryDirectory() as folder:
+            ours, other = Path(folder, "ours"), Path(folder, "other")
+            for place, count in ((ours, 50), (other, 20)):
+                place.mkdir()
+                write_path(place / "path.csv", strokes(count))
+            text = CAVITY_TOML + '[device]\ntype = "path"\nfile = "path.csv"\n'
+            (ours / "scene.toml").write_text(text)
+            os.chdir(ours)
+            device = {"type": "path", "file": "path.csv"}
+            scenes = [
+                palpate.Scene("scene.toml"),
+                palpate.Scene({**cavity(), "device": device}),
+                palpate.Scene.from_text(text),
+            ]
+            os.chdir(other)
+            for scene in scenes:
+                self.assertEqual(len(palpate.trace(scene)), 50)
+            trace = palpate.trace(scenes[0])
+            with self.assertRaisesRegex(palpate.FileError, "would be replaced"):
+                trace.save(ours / "scene.toml", force=True)
+            trace.save("recording.h5")
+            read = palpate.read_recording("recording.h5")
+            self.assertTrue(os.path.samefile(read.scene_file, ours / "scene.toml"))
+            with self.assertRaisesRegex(palpate.FileError, "^none.toml: "):
+                palpate.Scene("none.toml")
+            os.chdir(here)
+
+    def test_an_extraction_that_cannot_be_loaded_is_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            said = run_python(_BROKEN, folder)
+        self.assertRegex(said.stdout, "is there and cannot be loaded .*; install", said.stderr)
 
     def test_a_dict_keeps_its_values_in_the_text(self):
         hard = {

@@ -60,7 +60,53 @@ print(peak_kb() - before)
 """
 
 
+_ENDS = """
+import threading, time
+import numpy as np, palpate
+from support import cavity, strokes
+scene, path = palpate.Scene(cavity()), np.tile(strokes(100000), (10, 1))
+threading.Thread(target=palpate.trace, args=(scene, path), daemon=True).start()
+time.sleep(0.2)
+"""
+_ADOPTS = """
+import sys, threading, time
+import palpate
+from support import cavity
+sys.setswitchinterval(1e-6)
+many, few = cavity(), cavity()
+for i in range(30):
+    many["volume"][f"b{i}"] = {"analytic": "solid_sphere", "radius_mm": 5}
+    many["surface"][f"b{i}"] = {"volume": f"b{i}"}
+    many["effect"].append({"type": "surface", "surface": f"b{i}"})
+del few["effect"][1]
+many, few = palpate.Scene(many), palpate.Scene(few)
+loop, end, seen = palpate.Loop(many), time.monotonic() + 2.0, set()
+def scale():
+    while time.monotonic() < end:
+        try:
+            loop.set_gain(31, 1.0)
+        except Exception as error:
+            seen.add(str(error))
+thread = threading.Thread(target=scale)
+thread.start()
+while time.monotonic() < end:
+    loop.adopt(few)
+    loop.adopt(many)
+thread.join()
+print(" | ".join(sorted(seen)))
+"""
+
+
 class Threads(unittest.TestCase):
+    def test_a_program_ends_while_a_daemon_thread_computes(self):
+        outcome = run_python(_ENDS)
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+
+    def test_a_gain_beside_a_scene_with_fewer_effects_is_refused(self):
+        outcome = run_python(_ADOPTS)
+        said = "effect = 31 is out of range; give an integer in [0, 0]\n"
+        self.assertIn(outcome.stdout, (said, "\n"), outcome.stderr)
+
     def test_another_thread_runs_while_a_trace_is_computed(self):
         scene, path = palpate.Scene(cavity()), strokes(300000)
         turns, ended = [0], threading.Event()

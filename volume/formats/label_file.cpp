@@ -65,8 +65,13 @@ LabelVolume as_labels(const std::filesystem::path& file, VoxelVolume&& image) {
 
 } // namespace
 
+bool is_named_segmentation(const std::filesystem::path& file) {
+    const std::string name = file.filename().string();
+    return name.ends_with(".seg.nrrd") || name.ends_with(".seg.nhdr");
+}
+
 bool holds_labels(const std::filesystem::path& file) {
-    return file.filename().string().ends_with(".seg.nrrd") ||
+    return is_named_segmentation(file) ||
            internal::dicom_labels_of(file) != internal::DicomLabels::none;
 }
 

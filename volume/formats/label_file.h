@@ -8,8 +8,11 @@
 
 namespace palpate {
 
-/// Whether a file says itself that it holds labels: a .seg.nrrd by its name, a DICOM segmentation
-/// or structure set by its first bytes. False for what does not exist.                      [setup]
+/// Whether a file's name is that of a segmentation: .seg.nrrd or .seg.nhdr.                 [any]
+bool is_named_segmentation(const std::filesystem::path& file);
+
+/// Whether a file says itself that it holds labels: a .seg.nrrd or .seg.nhdr by its name, a DICOM
+/// segmentation or structure set by its first bytes. False for what does not exist.         [setup]
 bool holds_labels(const std::filesystem::path& file);
 
 /// Whether a file is a DICOM structure set, which is read on the grid of a reference

@@ -173,7 +173,7 @@ VectorVolume read_vector_volume(const std::filesystem::path& file, const VolumeS
         volume.warnings.push_back(
             "does not state the axes of its components; taken: " + axes.words +
             "; where that is wrong, directions are mirrored or "
-            "turned: state the frame of its components");
+            "turned: save it as .nrrd with a measurement frame");
     return volume;
 }
 

@@ -87,15 +87,27 @@ std::vector<std::size_t> labels_where(const std::vector<Label>& labels,
     return found;
 }
 
+/// A number may stand for other structures in other layers.
+void require_one_name(const std::vector<Label>& labels, const std::vector<std::size_t>& found,
+                      const std::string& wanted) {
+    for (const std::size_t label : found)
+        if (labels[label].name != labels[found.front()].name)
+            throw std::invalid_argument("the label " + wanted + " is \"" +
+                                        labels[found.front()].name + "\" in one layer and \"" +
+                                        labels[label].name + "\" in another; give a name");
+}
+
 std::vector<std::size_t> find_one(const std::vector<Label>& labels, const std::string& wanted) {
     auto found = labels_where(labels, [&](const Label& l) { return l.name == wanted; });
     if (!found.empty()) return found;
-    if (const auto value = whole_number(wanted))
+    if (const auto value = whole_number(wanted)) {
         found = labels_where(labels, [&](const Label& l) { return l.value == *value; });
-    else
+        require_one_name(labels, found, wanted);
+    } else {
         found = labels_where(labels, [&](const Label& l) {
             return internal::lower_case(l.name) == internal::lower_case(wanted);
         });
+    }
     if (found.empty()) refuse(labels, wanted);
     return found;
 }

@@ -169,9 +169,20 @@ void finish(VoxelVolume&& field, float background, double margin, const SurfaceD
 } // namespace
 
 LabelMark label_mark(const std::filesystem::path& file) {
-    const std::string name = file.filename().string();
-    if (name.ends_with(".seg.nrrd") || name.ends_with(".seg.nhdr")) return LabelMark::name;
+    if (is_named_segmentation(file)) return LabelMark::name;
     return is_name_table(find_name_table(file)) ? LabelMark::table : LabelMark::none;
+}
+
+void require_no_names(const VolumeDescription& source, const VoxelVolume& volume,
+                      const std::string& place) {
+    const LabelMark mark = label_mark(source.file);
+    if (mark == LabelMark::none) return;
+    if (mark == LabelMark::table && !looks_like_labels(volume)) return;
+    throw std::runtime_error(
+        fmt::format("{}: {} is a label map, whose values are names and not to be interpolated; "
+                    "give a volume of measured values, or surfaces of its labels with a material "
+                    "each",
+                    place, called(source)));
 }
 
 BakedSurface bake_level(const VolumeDescription& source, const VoxelVolume& volume,

@@ -21,6 +21,12 @@ enum class LabelMark {
 /// That of a volume's file; none of a volume in memory, which has no file.                [setup]
 LabelMark label_mark(const std::filesystem::path& file);
 
+/// Refuses the volume of an effect that has names for its values: between two of them lie those of
+/// others. A map of numbers without names may be a property.                              [setup]
+/// Throws std::runtime_error that begins with `place`.
+void require_no_names(const VolumeDescription& source, const VoxelVolume& volume,
+                      const std::string& place);
+
 /// Bakes a field for an isosurface of a measured volume, which is of `source`.           [setup]
 /// `place` begins messages: "FILE:LINE: [surface.bone]". Throws std::runtime_error; refuses label
 /// maps.

@@ -17,18 +17,19 @@ inline constexpr std::size_t kPerReading =
     10; // evaluations between two readings of the clock, whose cost is then below 1 %
 inline constexpr double kPricedStiffness = 500.0; // N/m: any
 
-/// Median us of `evaluate(from, to)` over successive points.                            [setup]
+/// Median us of `evaluate(from, to)` over successive points; 0 of fewer than two.        [setup]
 template <class Evaluate>
 double median_us(std::span<const Vec3> points, const Evaluate& evaluate) {
+    if (points.size() < 2) return 0.0;
+    const std::size_t each = std::min(kPerReading, points.size() - 1);
     SteadyClock clock;
     std::vector<double> readings;
-    for (std::size_t i = 0; i + kPerReading < points.size(); i += kPerReading) {
+    for (std::size_t i = 0; i + each < points.size(); i += each) {
         const double began = clock.now_us();
-        for (std::size_t k = 0; k < kPerReading; ++k)
+        for (std::size_t k = 0; k < each; ++k)
             evaluate(points[i + k], points[i + k + 1]);
-        readings.push_back((clock.now_us() - began) / kPerReading);
+        readings.push_back((clock.now_us() - began) / static_cast<double>(each));
     }
-    if (readings.empty()) return 0.0;
     std::nth_element(readings.begin(), readings.begin() + readings.size() / 2, readings.end());
     return readings[readings.size() / 2];
 }

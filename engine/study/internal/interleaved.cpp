@@ -29,7 +29,8 @@ private:
 };
 
 FrameTruth truth_of(const StudyEntry& entry) {
-    const bool of_levels = entry.truth || (entry.baseline && the_felt_level(*entry.scene));
+    // Rows of one table are measured alike: the methods of others go over the level.
+    const bool of_levels = entry.truth || the_felt_level(*entry.scene);
     return FrameTruth(entry.truth ? *entry.truth : *entry.scene,
                       of_levels ? FrameTruth::Measure::levels : FrameTruth::Measure::what_is_felt);
 }
@@ -83,8 +84,8 @@ public:
                 values.push_back(repetition.*number);
             return values;
         };
-        run.spent_p50_us = spread_of(over_all(&Spread::p50)).p50;
-        run.spent_p99_us = spread_of(over_all(&Spread::p99)).p50;
+        run.spent_p50_us = median_of(over_all(&Spread::p50));
+        run.spent_p99_us = median_of(over_all(&Spread::p99));
         run.spent_max_us = spread_of(over_all(&Spread::max)).max;
         run.spent_p50_each_us = over_all(&Spread::p50);
         run.spent_p50_range_us = range_of(run.spent_p50_each_us);
@@ -97,7 +98,7 @@ private:
     double mean_without_interrupts() {
         std::vector<double> medians_us;
         for (std::vector<double>& times : of_frames_us_)
-            if (!times.empty()) medians_us.push_back(spread_of(std::move(times)).p50);
+            if (!times.empty()) medians_us.push_back(median_of(std::move(times)));
         return trimmed_mean(std::move(medians_us));
     }
     void compare(const FrameReport& frame, std::size_t i) {
@@ -129,6 +130,13 @@ StudyRun::Range range_of(std::vector<double> values) {
         return values[static_cast<std::size_t>(std::lround(share * last))];
     };
     return {rank(0.1), rank(0.9)};
+}
+
+double median_of(std::vector<double> values) {
+    if (values.empty()) return 0.0;
+    std::sort(values.begin(), values.end());
+    const std::size_t half = values.size() / 2;
+    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
 std::unique_ptr<Contestant> make_contestant(const StudyEntry& entry, Clock& clock) {

@@ -47,6 +47,9 @@ std::unique_ptr<Contestant> make_contestant(const StudyEntry& entry, Clock& cloc
 /// [any]
 StudyRun::Range range_of(std::vector<double> values);
 
+/// The median; of an even number the mean of the two in the middle; 0 of none.             [any]
+double median_of(std::vector<double> values);
+
 /// Runs all entries `repetitions` times, in turns: a slice of the path with each of them, then the
 /// next slice. Compares the first repetition with the truth, between the slices.          [setup]
 /// An entry whose median frame took longer than `most_repeated_us` is not run again.

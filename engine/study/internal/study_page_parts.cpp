@@ -26,14 +26,14 @@ double known_to_um(const Study& study, TradedError error) {
 }
 
 std::string trade_off_of(const Study& study, TradedError error, const char* caption) {
-    const std::vector<TradeOff> trades = trade_offs(study.runs, error);
+    const double known_um = known_to_um(study, error);
+    const std::vector<TradeOff> trades = trade_offs(study.runs, error, known_um);
     if (trades.empty()) return {};
     std::vector<HtmlColumn> columns{{"", "method", false}};
     for (const double error_um : kEqualErrors_um)
         columns.push_back({"us for an error of", fmt::format("{:g} um", error_um)});
     for (const double time_us : kEqualTimes_us)
         columns.push_back({"um rms in frames of", fmt::format("{:g} us", time_us)});
-    const double known_um = known_to_um(study, error);
     Rows rows;
     for (const TradeOff& trade : trades) {
         rows.push_back({trade.method + (trade.certified ? "" : " (not certified)")});

@@ -11,11 +11,14 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
 import support
 from support import OPEN, PALPATE, ROOT
 
 from enter_palpate import ENTRIES
+from files import read_path
 from score import COLUMNS
+from tracks import FROZEN_SEED, write_tracks
 
 PAGE = (ROOT / "docs" / "benchmark.md").read_text()
 TABLE = OPEN / "results" / "epyc_2_cores.csv"
@@ -98,6 +101,23 @@ class Page(unittest.TestCase):
         for on_page, of_table in lines:
             self.assertEqual(on_page, of_table)
 
+    def test_the_page_says_how_fast_and_how_deep_the_frozen_tracks_are(self):
+        said = dict(re.findall(r"^\| `(\w+)` \| [^|]* \| ([^|]*) \|$", PAGE, re.MULTILINE))
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            write_tracks(folder, FROZEN_SEED, ["sphere", "bumps", "grooves"])
+            trials = {track: _trials(folder / track) for track in ("sphere", "bumps", "grooves")}
+            corners = [line.split() for line in (folder / "grooves" / "mesh.obj").read_text().splitlines()
+                       if line.startswith("v ")]  # fmt: skip
+        for track in ("sphere", "bumps"):
+            medians = [np.median(np.linalg.norm(np.diff(trial, axis=0), axis=1)) for trial in trials[track]]
+            slow, medium, fast = (f"{1000 * median:.2f}" for median in medians)  # a frame is 1 ms
+            self.assertIn(f"at {slow}, {medium} and {fast} m/s", said[track])
+        ground_mm = sorted({float(corner[3]) for corner in corners})[1]  # above the block's bottom
+        deep = sum(1000 * trial[:, 2].min() < ground_mm for trial in trials["grooves"])
+        self.assertEqual((deep, len(trials["grooves"])), (5, 10))
+        self.assertIn("five of ten below their ground", said["grooves"])
+
     def test_what_the_page_says_of_an_entry_in_python_runs(self):
         (block,) = re.findall(r"^```python[^\n]*\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
         (build,) = re.findall(r"^cc .*$", PAGE, re.MULTILINE)
@@ -111,6 +131,12 @@ class Page(unittest.TestCase):
                                   capture_output=True)  # fmt: skip
         # 192 edges, a division and a root each: not below 100 ns on any machine.
         self.assertGreater(float(done.stdout), 100)
+
+
+def _trials(track):
+    """The positions of each trial, m."""
+    times, probes = read_path(track)
+    return np.split(probes, np.flatnonzero(times == 0)[1:])
 
 
 def page_lines(rows):

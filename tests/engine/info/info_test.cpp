@@ -242,6 +242,8 @@ TEST(FileInfo, SegmentationHasItsNamesColoursAndLayers) {
     EXPECT_EQ(said["labels"][1]["layer"], 1);
     EXPECT_TRUE(contains(info.words, "2 labels in 2 layers"));
     EXPECT_TRUE(is_png(info.picture));
+    test::make_file(folder / "knee.seg.nhdr", test::content_of(folder / "knee.seg.nrrd"));
+    EXPECT_EQ(document(file_info(folder / "knee.seg.nhdr"))["labels"].size(), 2U);
 }
 
 TEST(FileInfo, NotesBesideAScanDoNotMakeItLabels) {

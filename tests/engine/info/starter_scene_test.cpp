@@ -244,5 +244,32 @@ TEST_F(StarterScene, SaysWhatThereIsInsteadOfAChoiceThatIsNone) {
                 HasSubstr("it has no surface"));
 }
 
+// A number stands for a label in each layer, as a segmentation with overlaps has them.
+TEST_F(StarterScene, OfLayersNoNumberStandsForAnotherStructure) {
+    LabelVolume volume;
+    volume.size = {4, 1, 1};
+    volume.index_to_scene.linear = Mat3(1e-3);
+    volume.layers.emplace_back(std::vector<std::int32_t>{1, 2, 0, 0});
+    volume.layers.emplace_back(std::vector<std::int32_t>{0, 0, 1, 1});
+    volume.labels = {{"nodule", 1, 0, {}}, {"nodule", 2, 0, {}}, {"liver", 1, 1, {}}};
+    const StarterData data = starter_data(DataFile{"a.seg.nrrd", {}, {}, volume});
+    for (const StarterLabel& label : data.labels)
+        for (const std::size_t found : find_labels(volume, {&label.named, 1}))
+            EXPECT_EQ(volume.labels[found].name, label.name);
+    const std::string text = starter_scene(data, {}, folder_ / "scene.toml");
+    const auto first = text.find("label = \"nodule\"");
+    ASSERT_NE(first, std::string::npos) << text;
+    EXPECT_EQ(text.find("label = \"nodule\"", first + 1), std::string::npos)
+        << "one surface of both";
+    const std::string one = "1";
+    try {
+        find_labels(volume, {&one, 1});
+        FAIL() << "which layer's 1?";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("is \"nodule\" in one layer and \"liver\" in "
+                                                     "another; give a name"));
+    }
+}
+
 } // namespace
 } // namespace palpate

@@ -106,7 +106,27 @@ TEST_F(BakedMistakes, HowAVolumeOfAnEffectWasReadIsTold) {
                 testing::UnorderedElementsAre(
                     HasSubstr((folder_ / "s.nrrd").string() + ": states no patient space"),
                     HasSubstr((folder_ / "v.nrrd").string() + ": states no patient space"),
-                    HasSubstr((folder_ / "v.nrrd").string() + ": does not state the axes")));
+                    AllOf(HasSubstr((folder_ / "v.nrrd").string() + ": does not state the axes"),
+                          HasSubstr("with a measurement frame"))));
+}
+
+// Between fat and bone lies no muscle. A map of numbers without names may be a property.
+TEST_F(BakedMistakes, AnEffectOfALabelMapIsRefused) {
+    const auto felt = [&](const std::string& file) {
+        return complaint([&] {
+            Scene(parse_scene("[volume.v]\nfile = \"" + file +
+                                  "\"\n[[effect]]\ntype = \"gradient_force\"\nvolume = \"v\"\n"
+                                  "strength_n = 1.0\n",
+                              folder_ / "scene.toml"),
+                  SceneResources{.files = scene_files()});
+        });
+    };
+    write("tissue.seg.nrrd", regions);
+    EXPECT_THAT(felt("tissue.seg.nrrd"), HasSubstr("not to be interpolated"));
+    write("tissue.nrrd", regions);
+    EXPECT_EQ(felt("tissue.nrrd"), "");
+    test::make_file(folder_ / "tissue.txt", "3 fat\n4 muscle\n9 bone\n");
+    EXPECT_THAT(felt("tissue.nrrd"), HasSubstr("scene.toml:1: [volume.v]: "));
 }
 
 TEST_F(BakedMistakes, AChoiceThatAVolumeOfVectorsHasNotIsRefusedWithItsLine) {

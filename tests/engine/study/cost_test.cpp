@@ -57,6 +57,27 @@ TEST(CostBudget, HasARestThatMakesItsPartsTheFrame) {
 }
 
 // A column of zeros would say that frames cost nothing where the kernel does not count.
+// A probe that is held in the last frame is no reason for a price of 0, and one frame is enough.
+TEST(CostBudget, PricesASubStepOfNothingWhereverTheWayEnds) {
+    const auto scene = surface_cavity();
+    LoopDescription loop = scene->description().loop;
+    loop.method = SteppingMethod::fixed;
+    const std::vector<DeviceState> all = along_the_wall(1e-4);
+    for (std::ptrdiff_t frames = 3; frames < 24; ++frames) {
+        const std::vector<DeviceState> inputs(all.begin(), all.begin() + frames);
+        test::ScriptedClock clock(1.0);
+        Study study = run_study(scene, inputs, {loop}, clock);
+        study.runs.front().is_the_scenes = true;
+        std::size_t priced = 0;
+        for (const CostPart& part : cost_budget(scene, inputs, study.runs)) {
+            if (part.part != "empty sub-steps" && part.part != "first roots") continue;
+            ++priced;
+            EXPECT_GT(part.each_ns, 0.0) << part.part << " of " << frames << " frames";
+        }
+        EXPECT_EQ(priced, 2u) << frames << " frames";
+    }
+}
+
 TEST(CostBudget, HasInstructionsOrSaysWhyNot) {
     const auto scene = surface_cavity();
     const Study study = study_of(scene, {scene->description().loop}, 1e-4);
@@ -135,6 +156,9 @@ TEST(TradeOff, IsTheCheapestAndTheBestOfWhatWasMeasured) {
     EXPECT_TRUE(trade_offs(runs, TradedError::level).empty()) << "no level is known";
     EXPECT_THAT(trade_off_table(runs, 1.0), HasSubstr("| < 1 | < 1 | < 1 |"))
         << "nothing is claimed below what the reference is known to";
+    EXPECT_THAT(trade_off_table(std::vector{run_of(4, 10.3, 0.05)}, 0.7),
+                HasSubstr("| fixed | 10.3 | 10.3 | 10.3 | – |"))
+        << "nor a time for an error below it";
 }
 
 } // namespace

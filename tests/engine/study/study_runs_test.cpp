@@ -24,6 +24,7 @@ TEST(Baselines, AreMeasuredAgainstTheSameTruth) {
         for (const StudyRun& run : runs) {
             EXPECT_GE(run.level.frames, kFrames - 3) << title(run) << ": 0.1 mm is one row";
             EXPECT_EQ(*run.lost_contact, 0u) << title(run);
+            EXPECT_EQ(run.position.frames, run.level.frames) << title(run) << ": it is a sphere";
             const BaselineKind kind = *run.baseline;
             const bool drifts = kind == BaselineKind::linear || kind == BaselineKind::primitives ||
                                 kind == BaselineKind::subdivided;

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/run/trace.h>
+#include <palpate/engine/study/converged_proxy.h>
 #include <palpate/engine/truth/felt_level.h>
 
 #include "tests/engine/study/study_fixture.h"
@@ -315,6 +316,14 @@ TEST(Study, TimesAreMediansOverRepetitionsWithTheirSpread) {
     EXPECT_THAT(study_table(study), HasSubstr("100.0 %"));
 }
 
+TEST(Study, TheMedianOfTwoRepetitionsIsTheirMean) {
+    SlowingClock clock(2 * kFrames); // each repetition is 1 us slower
+    const Study study = run_study(gradient_cavity(kHard), along_the_wall(), {fixed(1)}, clock, {},
+                                  {.repetitions = 2});
+    EXPECT_EQ(study.runs[0].spent_p50_us, 1.5);
+    EXPECT_EQ(study.runs[0].spent_mean_us, 1.5);
+}
+
 TEST(Study, LongFramesAreNotRepeatedWhereThatIsAskedFor) {
     SlowingClock clock(2 * kFrames); // each repetition is 1 us slower
     const Study study = run_study(gradient_cavity(kHard), along_the_wall(), {fixed(1)}, clock, {},
@@ -335,6 +344,38 @@ TEST(Study, TheConvergedReferenceIsTheTruthWhereThatIsKnown) {
         EXPECT_EQ(run.converged.frames, run.position.frames);
         EXPECT_NEAR(run.converged.rms_um, run.position.rms_um, 2e-4);
     }
+}
+
+// 2048 shares and 1024 meet the wall at the same place, so their distance says nothing of it: of a
+// leap of 10 mm a share is 5 um.
+TEST(Study, AReferenceOfSharesIsKnownToNoLessThanItIsOff) {
+    std::vector<DeviceState> inputs = along_the_wall();
+    inputs.front().position *= 0.8;
+    const ConvergedProxies found = converged_proxies(gradient_cavity(kHard), inputs);
+    double off_um = 0.0;
+    for (std::size_t i = 1; i < kFrames; ++i)
+        off_um =
+            std::max(off_um, 1e6 * glm::length(found.proxies[i] -
+                                               kRadius_m * glm::normalize(inputs[i].position)));
+    EXPECT_GT(off_um, 0.5);
+    EXPECT_GE(found.reference.own_error.max_um, 0.99 * off_um);
+}
+
+// One table has one truth: a loop on a mesh is measured from the level, as the methods of others.
+TEST(Study, OnAMeshAllMethodsAreMeasuredFromTheSameSurface) {
+    SceneDescription description = surface_cavity()->description();
+    TriangleMesh mesh = ball(4);
+    for (auto& facet : mesh.triangles)
+        std::swap(facet[1], facet[2]); // seen from inside
+    description.surfaces.at("s").contact = ContactKind::mesh;
+    description.surfaces.at("s").triangle_mesh = std::make_shared<const TriangleMesh>(mesh);
+    test::ScriptedClock clock(1.0);
+    const Study study = run_study(std::make_shared<const Scene>(description), along_the_wall(1e-4),
+                                  {fixed(4)}, clock, {}, {.baselines = true});
+    const StudyRun& finger = study.runs.back();
+    ASSERT_EQ(finger.baseline, BaselineKind::finger_proxy);
+    EXPECT_GT(finger.level.rms_um, 10.0) << "chords of the facets";
+    EXPECT_NEAR(study.runs[0].level.rms_um, finger.level.rms_um, 0.2 * finger.level.rms_um);
 }
 
 TEST(DepthBehind, IsTheNearestWayOutAlsoWhereThereIsNoSlope) {
@@ -404,6 +445,20 @@ TEST(StudyFiles, SayTheSameNumbers) {
     EXPECT_THAT(page, HasSubstr("The points of the chart"));
     EXPECT_THAT(page, HasSubstr("The same in numbers"));
     EXPECT_THAT(page, Not(HasSubstr("://"))) << "nothing is loaded from anywhere";
+}
+
+TEST(StudyFiles, JsonHasNoNumberOfWhatIsNotKnown) {
+    const test::TemporaryFolder folder;
+    const auto scene = gradient_cavity(kHard);
+    Study study = study_of(scene, {fixed(1)});
+    study.errors.push_back({"float32", "", {}, {}, 0.0, "not measured"});
+    study.costs.push_back({"fixed 1", "rest", 0.0, 0.0, 1.5, 190.0});
+    write_study(folder.path(), *scene, study, "");
+    const json document = json::parse(test::content_of(folder / "study.json"));
+    EXPECT_TRUE(document["errors"][0]["known_to_um"].is_null());
+    EXPECT_TRUE(document["costs"][0]["count_per_frame"].is_null());
+    EXPECT_TRUE(document["costs"][0]["each_ns"].is_null());
+    EXPECT_EQ(document["costs"][0]["frame_us"], 1.5);
 }
 
 TEST(StudyFiles, DriftIsTheRadiusOfASphere) {

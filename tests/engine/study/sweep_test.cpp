@@ -67,6 +67,21 @@ TEST(Sweep, ALagGrowsWithTheSpeed) {
     EXPECT_THAT(sweep_table(sweep), HasSubstr("single: position um rms over speed: to the power"));
 }
 
+// A penalty has no error over a formula of a distance: what is measured is its reference's.
+TEST(Sweep, NoPowerIsFittedToWhatIsBelowTheReference) {
+    std::vector<DeviceState> inputs = along_the_wall();
+    inputs.front().position *= 0.8; // a leap, in which shares overshoot
+    test::ScriptedClock clock(1.0);
+    const Sweep sweep = run_sweep(SweepKind::speed, gradient_cavity(kHard), inputs, {}, 1, clock);
+    ASSERT_FALSE(sweep.rows.empty());
+    for (const SweepRow& row : sweep.rows)
+        EXPECT_GT(row.known_to_um, 0.0) << row.value << " m/s";
+    for (const PowerFit& fit : sweep.fits)
+        EXPECT_THAT(fit.of, testing::Not(testing::StartsWith("penalty: position")));
+    EXPECT_THAT(sweep_csv(std::vector{sweep}), HasSubstr(",known_to_um\n"));
+    EXPECT_THAT(sweep_table(sweep), HasSubstr(" < "));
+}
+
 TEST(Sweep, TheErrorOfVoxelsFallsWithTheirSquare) {
     test::ScriptedClock clock(1.0);
     const Sweep sweep =

@@ -71,6 +71,13 @@ TEST_F(MeshFrames, SlicersTextIsUnderstoodInEveryFormat) {
     }
 }
 
+TEST_F(MeshFrames, AStatementMayFollowTheCommentsSignAtOnce) {
+    const MeshFile file = read("a.obj", "#SPACE=RAS\n#UNIT=m\n" + test::obj(ball()));
+    EXPECT_EQ(file.frame, MeshFrame::ras);
+    EXPECT_TRUE(file.frame_stated);
+    EXPECT_TRUE(file.unit_stated);
+}
+
 TEST_F(MeshFrames, MetresAreUnderstoodInEveryFormat) {
     TriangleMesh mesh = ball();
     for (Vec3& p : mesh.vertices)

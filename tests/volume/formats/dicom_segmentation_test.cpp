@@ -270,5 +270,19 @@ TEST_F(DicomSegmentation, DamagedFilesAreReadOrRefused) {
     }
 }
 
+TEST_F(DicomSegmentation, FramesFarApartThatStateNoStepAreWarnedOf) {
+    SegmentationForm form;
+    form.thickness = 1.25;
+    const auto warned = [&](int second) {
+        return test::joined(
+            read(dicom_segmentation(
+                     kSize, columns(Mat3(1.0), {0.5, 0.75, 1.25}),
+                     {{"a", [&](int, int, int k) { return k == 0 || k == second; }, {}}}, form))
+                .warnings);
+    };
+    EXPECT_SAYS(warned(5), "6.25 mm apart and 1.25 mm thick");
+    EXPECT_EQ(warned(1).find("mm thick"), std::string::npos);
+}
+
 } // namespace
 } // namespace palpate

@@ -372,5 +372,31 @@ TEST_F(DicomStructures, DamagedFilesAreReadOrRefused) {
     });
 }
 
+/// In a slice of the reference, around 25 voxels.
+std::vector<Vec3> square_in(const AffineTransform& frame, int k) {
+    std::vector<Vec3> corners;
+    for (const Vec3& at :
+         {Vec3(4.5, 4.5, k), Vec3(9.5, 4.5, k), Vec3(9.5, 9.5, k), Vec3(4.5, 9.5, k)})
+        corners.push_back(1e3 * frame.point(at));
+    return corners;
+}
+
+TEST_F(DicomStructures, TwoContoursFarApartAreTwoSlices) {
+    write_reference(test::straight_frame());
+    const AffineTransform& frame = reference_.index_to_scene;
+    const LabelVolume volume = read(dicom_structures(
+        {{1, "mets", {square_in(frame, 1), square_in(frame, 6)}, "CLOSED_PLANAR", ""}}));
+    EXPECT_EQ(label_extents(volume).front().voxels, 50U);
+}
+
+TEST_F(DicomStructures, AContourStatedTwiceIsThatContour) {
+    write_reference(test::straight_frame());
+    const AffineTransform& frame = reference_.index_to_scene;
+    const auto at = [&](int k) { return square_in(frame, k); };
+    const LabelVolume volume =
+        read(dicom_structures({{1, "a", {at(1), at(2), at(2), at(3)}, "CLOSED_PLANAR", ""}}));
+    EXPECT_EQ(label_extents(volume).front().voxels, 75U);
+}
+
 } // namespace
 } // namespace palpate

@@ -53,6 +53,13 @@ TEST(LabelNames, LinesOfValueAndNameLeaveOutWhatFollows) {
     EXPECT_FALSE(names.at(1).color);
 }
 
+TEST(LabelNames, ANumberThatTellsNamesApartBelongsToThem) {
+    const internal::LabelNames names = names_of("1 Rib 1\n2 Rib 2\n3 Precentral_L 2001\n");
+    EXPECT_EQ(names.at(1).name, "Rib 1");
+    EXPECT_EQ(names.at(2).name, "Rib 2");
+    EXPECT_EQ(names.at(3).name, "Precentral_L");
+}
+
 // Found by the fuzz target of tables: a line of a form feed ended the process.
 TEST(LabelNames, ALineOfBlanksOfAnyKindIsPassedOver) {
     const internal::LabelNames names = names_of("1 bone\n\f\n \v\t\n2 skin\n");

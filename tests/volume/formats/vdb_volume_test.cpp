@@ -23,7 +23,8 @@ using test::TemporaryFolder;
 
 constexpr double kMm = 1e-3;
 
-/// An empty grid of background 0 from OpenVDB's list of types: Grid::create() compiles all of a type once more, for seconds.
+/// An empty grid of background 0 from OpenVDB's list of types: Grid::create() compiles all of a
+/// type once more, for seconds.
 template <class Grid>
 typename Grid::Ptr empty_grid() {
     return openvdb::gridPtrCast<Grid>(openvdb::GridBase::createGrid(Grid::gridType()));

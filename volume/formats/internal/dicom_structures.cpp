@@ -145,7 +145,10 @@ private:
             if (!(std::max({size.x, size.y, size.z}) < kMaxMm))
                 refuse("has a contour" + of() + " at an impossible place" + kAgain);
         }
-        if (contour.size() >= 3) structure.contours.push_back(std::move(contour));
+        // The same one twice would be a hole as large as itself.
+        if (contour.size() >= 3 && std::find(structure.contours.begin(), structure.contours.end(),
+                                             contour) == structure.contours.end())
+            structure.contours.push_back(std::move(contour));
     }
 
     std::filesystem::path path_;
@@ -231,7 +234,8 @@ LabelVolume read_dicom_structures(const std::filesystem::path& file, const Label
         std::vector<double> steps;
         for (const auto& [number, mask] : masks) {
             const std::vector<double> own = mask.steps();
-            steps.insert(steps.end(), own.begin(), own.end());
+            if (own.size() > 1) // a single distance may be that of two parts
+                steps.insert(steps.end(), own.begin(), own.end());
         }
         const double usual_step = median_step(std::move(steps)).value_or(1.0);
         LabelLayers layers(file, grid);
@@ -241,7 +245,6 @@ LabelVolume read_dicom_structures(const std::filesystem::path& file, const Label
             std::vector<VoxelRun> runs;
             if (mask != masks.end()) {
                 const std::vector<double> own = mask->second.steps();
-                // A single distance may be that of two parts.
                 const double step = own.size() < 2 ? usual_step : *median_step(own);
                 runs = mask->second.voxels(grid.size, step);
             }

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <span>
 #include <stdexcept>
 #include <string_view>
@@ -37,6 +38,7 @@ struct Word {
 struct Entry {
     double value = 0.0;
     LabelName label;
+    std::string whole; ///< the name with a number behind it that was left out; or empty
 };
 
 /// What is wrong with a line, and what to do; the caller adds file and line.
@@ -162,6 +164,8 @@ Entry read_line(const std::string& line) {
         entry.label = {words[1].text, std::nullopt};
     } else {
         entry.label = {plain_name(line, behind_value), std::nullopt};
+        if (behind_value.size() > 1 && entry.label.name == behind_value.front().text)
+            entry.whole = joined(behind_value);
     }
     return entry;
 }
@@ -256,17 +260,35 @@ public:
         if (said.empty() || (said.front() == '#' && !columns_)) return;
         const bool is_first = std::exchange(first_, false);
         if (is_first) columns_ = column_names(line);
-        if (!columns_) return add(names_, read_line(line));
+        if (!columns_) {
+            Entry entry = read_line(line);
+            const double value = entry.value;
+            const std::string whole = printable(entry.whole);
+            add(names_, std::move(entry));
+            if (!whole.empty()) whole_[value] = whole;
+            return;
+        }
         if (is_first) return;
         if (auto entry = read_row(line, *columns_)) add(names_, std::move(*entry));
     }
 
-    LabelNames names() && { return std::move(names_); }
+    /// "Rib 1" and "Rib 2" have their numbers: without them they would be alike.
+    LabelNames names() && {
+        std::map<std::string, int> uses;
+        for (const auto& [value, label] : names_)
+            ++uses[label.name];
+        for (auto& [value, label] : names_)
+            if (const auto whole = whole_.find(value);
+                whole != whole_.end() && uses[label.name] > 1)
+                label.name = whole->second;
+        return std::move(names_);
+    }
 
 private:
     LabelNames names_;
-    std::optional<Columns> columns_; ///< of a table that names them
-    bool first_ = true;              ///< no line but blanks and comments yet
+    std::map<double, std::string> whole_; ///< of names without the number behind them
+    std::optional<Columns> columns_;      ///< of a table that names them
+    bool first_ = true;                   ///< no line but blanks and comments yet
 };
 
 } // namespace

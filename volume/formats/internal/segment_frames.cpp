@@ -23,6 +23,7 @@ constexpr double kSameSpacing = 1e-4; // relative
 
 // Positions are stated with a few digits: as for series of slices.
 constexpr double kEvenStep = 0.02;
+constexpr double kMostOfThickness = 1.5; // of a step from slice to slice: wider gaps are rare
 constexpr double kStraightPixel = 0.1;
 
 constexpr double kMaxSlices = 20'000.0; // what is between two frames costs no bytes of the file
@@ -135,6 +136,12 @@ private:
             warnings.push_back("states slices " + short_number(first_.stated_step) +
                                " mm apart, but its frames are " + short_number(smallest) +
                                " mm apart: that is taken");
+        else if (first_.thickness > 0.0 && smallest > kMostOfThickness * first_.thickness)
+            warnings.push_back(
+                "does not say how far apart its slices are: its nearest frames are " +
+                short_number(smallest) + " mm apart and " + short_number(first_.thickness) +
+                " mm thick, and each is felt as thick as that distance; export it "
+                "again with its spacing between slices");
         return *counts;
     }
 
