@@ -252,7 +252,8 @@ TEST_F(StarterScene, OfLayersNoNumberStandsForAnotherStructure) {
     volume.layers.emplace_back(std::vector<std::int32_t>{1, 2, 0, 0});
     volume.layers.emplace_back(std::vector<std::int32_t>{0, 0, 1, 1});
     volume.labels = {{"nodule", 1, 0, {}}, {"nodule", 2, 0, {}}, {"liver", 1, 1, {}}};
-    const StarterData data = starter_data(DataFile{"a.seg.nrrd", {}, {}, volume});
+    test::make_file(folder_ / "a.seg.nrrd", "its name alone is looked at");
+    const StarterData data = starter_data(DataFile{folder_ / "a.seg.nrrd", {}, {}, volume});
     for (const StarterLabel& label : data.labels)
         for (const std::size_t found : find_labels(volume, {&label.named, 1}))
             EXPECT_EQ(volume.labels[found].name, label.name);
