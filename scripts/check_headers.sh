@@ -3,8 +3,8 @@
 # Compiles each public header alone, so that who includes it first needs nothing before it.
 #   scripts/check_headers.sh BUILD [ROOT]      BUILD: a build folder that was configured; ROOT: a checkout, by default this one
 # Prints what the compiler says; exit status 1 where a header does not compile, 2 when it cannot run.
-# A precompiled header has most of what a header takes from the standard library and from glm: that it includes what it names of
-# those, check_includes.sh says. Each header that compiles leaves a stamp in $PALPATE_CHECK_CACHE, by default
+# Where there are many, a precompiled header has most of what they take from the standard library and from glm: that each includes
+# what it names of those, check_includes.sh says. Each header that compiles leaves a stamp in $PALPATE_CHECK_CACHE, by default
 # ~/.cache/palpate-checks: it is not looked at again until it, one that it includes, this script or the compiler is another one.
 set -euo pipefail
 
@@ -39,12 +39,15 @@ if [ ! -s "$work/open" ]; then
 fi
 echo "check_headers.sh: $(wc -l <"$work/open") of $(wc -l <"$work/keys") headers"
 
-for header in algorithm any array atomic chrono cmath cstdint filesystem functional future limits map memory optional set span \
-    stdexcept string string_view unordered_map utility variant vector glm/gtc/quaternion.hpp glm/mat3x3.hpp glm/vec3.hpp; do
-    echo "#include <$header>"
-done >"$work/first.h"
 flags=(-std=c++20 -I"$build/include")
-"$compiler" "${flags[@]}" -x c++-header "$work/first.h" -o "$work/first.h.gch"
+if [ "$(wc -l <"$work/open")" -gt 8 ]; then # of fewer it takes longer than it saves
+    for header in algorithm any array atomic chrono cmath cstdint filesystem functional future limits map memory optional set span \
+        stdexcept string string_view unordered_map utility variant vector glm/gtc/quaternion.hpp glm/mat3x3.hpp glm/vec3.hpp; do
+        echo "#include <$header>"
+    done >"$work/first.h"
+    "$compiler" "${flags[@]}" -x c++-header "$work/first.h" -o "$work/first.h.gch"
+    flags+=(-include "$work/first.h")
+fi
 look() {
     local header=$1 key=$2
     echo "#include <palpate/$header>" >"$work/$key.cpp"
@@ -58,4 +61,4 @@ look() {
 export work cache
 export -f look
 xargs -a "$work/open" -P "$(nproc)" -L1 bash -c 'look "${@: -2}" "${@:1:$#-2}"' look "$compiler" "${flags[@]}" \
-    -include "$work/first.h" -fsyntax-only || exit 1
+    -fsyntax-only || exit 1

@@ -216,7 +216,7 @@ std::optional<Entry> read_row(const std::string& line, const Columns& columns) {
                         ", which is no label value; write a whole number");
     const std::string& name = fields[columns.name];
     if (name.empty() || name == "n/a") return std::nullopt;
-    Entry entry{*value, {name, std::nullopt}};
+    Entry entry{*value, {name, std::nullopt}, {}};
     if (columns.color && *columns.color < fields.size())
         entry.label.color = hexadecimal_color(fields[*columns.color]);
     return entry;
