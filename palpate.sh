@@ -81,9 +81,10 @@ fetch_test_data() {
 # Fields and meshes that tests make of those volumes, some minutes of processor time, are kept for the next checkout, until a source
 # or a package is another one.
 keep_surfaces() {
-    local kept=${PALPATE_CHECK_CACHE:-$HOME/.cache/palpate-checks}/surfaces key old
+    local kept key old
+    kept=$(realpath -m "${PALPATE_CHECK_CACHE:-${HOME:-/tmp}/.cache/palpate-checks}")/surfaces
     key=$({
-        find CMakeLists.txt cmake geometry volume haptics engine -type f -print0 | sort -z | xargs -0 sha256sum
+        find CMakeLists.txt CMakePresets.json cmake geometry volume haptics engine -type f -print0 | sort -z | xargs -0 sha256sum
         dpkg-query -W 2>/dev/null || true
     } | sha256sum | cut -c1-40)
     mkdir -p "$kept/$key" build/release/real-data
@@ -101,7 +102,10 @@ run_tests() {
     build_targets asan fast_tests
     build_targets tsan test_threads
     say "all tests (build/release)"
-    ctest --test-dir build/release --output-on-failure --parallel "$(test_jobs)"
+    local status=0
+    ctest --test-dir build/release --output-on-failure --parallel "$(test_jobs)" || status=$?
+    rm -f build/release/real-data/cache # what a later build makes is not of these sources
+    [ "$status" -eq 0 ] || exit "$status"
     say "what threads share under ThreadSanitizer (build/tsan)"
     ctest --test-dir build/tsan --output-on-failure --parallel "$(test_jobs)" --label-regex '^threads$'
     say "the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer (build/asan)"

@@ -103,9 +103,13 @@ public:
     /// At the interpreter's end, with the lock.
     static void end() {
         ending_ = std::this_thread::get_id();
-        const py::gil_scoped_release released;
-        while (running_ > 0)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        while (running_ > 0) {
+            {
+                const py::gil_scoped_release released;
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            }
+            if (PyErr_CheckSignals() != 0) throw py::error_already_set(); // Ctrl-C
+        }
     }
 
 private:

@@ -110,6 +110,19 @@ std::vector<py::bytes> files_of(const std::string& text, const std::string& file
 
 } // namespace
 
+namespace {
+
+/// What is said of a scene from a dict or a text, whose file is nowhere: without the folder.
+std::string without_folder(std::string message, const std::filesystem::path& file) {
+    const std::string whole = file.string();
+    std::error_code ignored;
+    if (!whole.empty() && message.starts_with(whole) && !std::filesystem::exists(file, ignored))
+        message.replace(0, whole.size(), file.filename().string());
+    return message;
+}
+
+} // namespace
+
 std::vector<DeviceState> own_states(const Scene& scene, int every) {
     std::vector<std::string> notes;
     std::string refused;
@@ -119,6 +132,8 @@ std::vector<DeviceState> own_states(const Scene& scene, int every) {
         } catch (const std::invalid_argument& error) {
             refused = error.what();
             return std::vector<DeviceState>();
+        } catch (const std::runtime_error& error) {
+            throw std::runtime_error(without_folder(error.what(), scene.description().file));
         }
     });
     if (!refused.empty()) throw ArgumentProblem(refused);

@@ -58,7 +58,11 @@ def _anchored(file: bytes) -> Iterator[bytes]:
     if not file or os.path.isabs(file):
         yield file
         return
-    whole = os.path.join(os.getcwdb(), file)
+    try:
+        here = os.getcwdb()
+    except OSError:  # it was removed: nothing lies beside the scene
+        here = b""
+    whole = os.path.join(here, file)
     try:
         yield whole
     except (SceneError, FileError) as error:

@@ -81,6 +81,13 @@ class Scenes(unittest.TestCase):
             self.assertTrue(os.path.samefile(read.scene_file, ours / "scene.toml"))
             with self.assertRaisesRegex(palpate.FileError, "^none.toml: "):
                 palpate.Scene("none.toml")
+            with self.assertRaisesRegex(palpate.SceneError, "^dict: "):
+                palpate.trace(palpate.Scene(cavity()))
+            gone = Path(folder, "gone")
+            gone.mkdir()
+            os.chdir(gone)
+            gone.rmdir()
+            self.assertEqual(len(palpate.trace(palpate.Scene(cavity()), strokes(10))), 10)
             os.chdir(here)
 
     def test_an_extraction_that_cannot_be_loaded_is_told(self):

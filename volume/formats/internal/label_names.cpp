@@ -164,7 +164,9 @@ Entry read_line(const std::string& line) {
         entry.label = {words[1].text, std::nullopt};
     } else {
         entry.label = {plain_name(line, behind_value), std::nullopt};
-        if (behind_value.size() > 1 && entry.label.name == behind_value.front().text)
+        // Behind a tab, or of several numbers, it is another column.
+        if (behind_value.size() == 2 && line.find('\t') == std::string::npos &&
+            entry.label.name == behind_value.front().text)
             entry.whole = joined(behind_value);
     }
     return entry;
