@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -41,6 +42,19 @@ std::vector<NamedPlace> named_places(const std::filesystem::path& recording) {
     return places;
 }
 
+/// Recordings of before version 4 have no touches, also of what was felt.
+void require_touches(const Recording& recording, const std::filesystem::path& file) {
+    const bool was_felt = recording.felt_names.empty() || // before version 3
+                          std::ranges::any_of(recording.frames, [](const FrameReport& frame) {
+                              return frame.surfaces_felt != 0;
+                          });
+    if (recording.touches.empty() && was_felt)
+        throw std::runtime_error(fmt::format(
+            "{}: is of a version that recorded no touches; run it again with palpate trace SCENE "
+            "--device recording:{}, and export that",
+            file.string(), file.string()));
+}
+
 /// The mesh of a surface as it was felt or, where no mesh was, as it is shown; its touches on it.
 std::string touched_surface(const Recording& recording, const std::filesystem::path& file,
                             const std::string& surface) {
@@ -50,6 +64,7 @@ std::string touched_surface(const Recording& recording, const std::filesystem::p
         const std::string& name = scene->surfaces()[n].name;
         names += (names.empty() ? "" : ", ") + name;
         if (name != surface) continue;
+        require_touches(recording, file);
         const ViewDocument document = view_document(*scene, ViewMode::playback);
         for (const auto& structure : document.structures)
             if (structure.name == name && structure.mesh)

@@ -44,8 +44,11 @@ double duration_of(Frames frames, std::size_t n) {
     const auto is_of_trial = [&](std::size_t other) {
         return other < frames.size() && frames[other].trial == frames[n].trial;
     };
-    if (n > 0 && is_of_trial(n - 1)) return frames[n].time_s - frames[n - 1].time_s;
-    return is_of_trial(n + 1) ? frames[n + 1].time_s - frames[n].time_s : 0.0;
+    // Not since before silence or frames that are missing; no time that jumps back or is no number.
+    const bool goes_on = n > 0 && is_of_trial(n - 1) && is_computed(frames[n - 1].flags) &&
+                         frames[n].frame == frames[n - 1].frame + 1;
+    if (goes_on) return std::max(0.0, frames[n].time_s - frames[n - 1].time_s);
+    return is_of_trial(n + 1) ? std::max(0.0, frames[n + 1].time_s - frames[n].time_s) : 0.0;
 }
 
 /// Calls visit(frame's place in run.frames, its touches) for each frame with touches.
@@ -179,8 +182,10 @@ std::vector<TouchSpan> touch_spans(const Run& run) {
     std::optional<std::size_t> before;
     for_each_touched_frame(run, [&](std::size_t n, std::span<const RecordedTouch> touches) {
         const FrameReport& frame = run.frames[n];
-        // A frame without touches, or a new trial, has let go of everything.
-        if (!before || *before + 1 != n || run.frames[*before].trial != frame.trial) open.clear();
+        // A frame without touches or that is missing, or a new trial, has let go of everything.
+        if (!before || *before + 1 != n || run.frames[*before].trial != frame.trial ||
+            run.frames[*before].frame + 1 != frame.frame)
+            open.clear();
         before = n;
         const std::map<std::uint32_t, Pushing> pushing = pushing_in(touches);
         std::erase_if(open, [&](const auto& one) { return !pushing.contains(one.first); });

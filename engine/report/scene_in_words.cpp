@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <palpate/engine/baking/in_words.h>
+#include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_place.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -16,6 +17,13 @@
 
 namespace palpate {
 namespace {
+
+/// Those of the plan, and what a loop says of more surfaces than it tells apart.
+std::vector<std::string> warnings_of(const Scene& scene) {
+    std::vector<std::string> warnings = scene.plan().warnings;
+    if (std::string line = felt_warning(scene); !line.empty()) warnings.push_back(std::move(line));
+    return warnings;
+}
 
 std::string subject(const EffectDescription& effect) {
     return surface_of(effect).empty() ? volume_of(effect) : surface_of(effect);
@@ -191,7 +199,7 @@ std::string scene_as_json(const Scene& scene, std::span<const double> prices) {
                                {"surfaces", surfaces},
                                {"left_out", scene.plan().left_out},
                                {"uncertified", scene.plan().uncertified},
-                               {"warnings", scene.plan().warnings}};
+                               {"warnings", warnings_of(scene)}};
     if (!scene.description().hands.empty()) document["hands"] = hands_as_json(scene.description());
     return internal::json_text(document);
 }
@@ -216,8 +224,12 @@ std::string scene_in_words(const Scene& scene, std::span<const double> prices) {
     for (const std::string& line : scene.plan().left_out)
         text += "left out: " + line + "\n";
     if (!scene.plan().uncertified.empty())
-        text += "not certified: " + scene.plan().uncertified + "\n";
-    for (const std::string& line : scene.plan().warnings)
+        text += fmt::format("{}not certified: {}\n",
+                            scene.description().loop.method == SteppingMethod::adaptive
+                                ? ""
+                                : "with --method adaptive ",
+                            scene.plan().uncertified);
+    for (const std::string& line : warnings_of(scene))
         text += "warning: " + line + "\n";
     for (const SceneSurface& surface : scene.surfaces())
         text += fmt::format("surface {}:\n{}", surface.name,

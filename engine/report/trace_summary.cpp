@@ -131,6 +131,7 @@ json pressed_summary(const Scene& scene, std::span<const FrameReport> frames) {
     for (std::size_t i = 0; i < scene.surfaces().size(); ++i) {
         std::vector<double> indentation_mm, n_per_mm;
         for (const FrameReport& frame : frames) {
+            if (!is_computed(frame.flags)) continue; // held there: nothing was felt
             if (!(frame.indentation_m > 0.0) || frame.pressed_surface != i) continue;
             indentation_mm.push_back(1e3 * frame.indentation_m);
             n_per_mm.push_back(1e-3 * frame.stiffness_n_per_m);

@@ -99,10 +99,12 @@ class Frames(Table):
 class Touches(Table):
     """A row per contact, frame by frame, and in a frame in the order of the surfaces.
 
-    ``frame``: row of the trace or recording. ``surface``: its name, "" past the 64th of a
-    recording. ``phase``: "began", "goes_on" or "ended" (once, without a force). ``point_x_m``,
-    ``normal_x`` and ``force_x_n``, with y and z: scene frame; the normal is of length 1, out of the
-    surface, and the force is what the surface puts on the proxy there. The numbers are views.
+    ``frame``: as in the column ``frame``. Where all frames were recorded it is the row, else
+    ``np.searchsorted(recording["frame"], touches["frame"])`` is. ``surface``: its name, "" past
+    the 64th of a recording. ``phase``: "began", "goes_on" or "ended" (once, without a force).
+    ``point_x_m``, ``normal_x`` and ``force_x_n``, with y and z: scene frame; the normal is of
+    length 1, out of the surface, and the force is what the surface puts on the proxy there. The
+    numbers are views.
     """
 
     columns = ("frame", "surface", "phase")

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <palpate/engine/record/recording.h>
+
 #include "tests/command/command_run.h"
 #include "tests/command/scenes.h"
 
@@ -136,6 +138,12 @@ TEST_F(Exported, WhatCannotBeWrittenIsRefusedInOneLine) {
     refused({"t", "-o", "run.mcap", "--surface", "s"}, 2, "name the output .vtp");
     refused({"t", "-o", "run.vtp", "--surface", ""}, 2, "--surface: is followed by an empty");
     refused({"t", "-o", "run.vtp", "--surface", "bone"}, 2, "surfaces are: s; name one of them");
+    Recording old = read_recording(*this / "t/recording.h5");
+    ASSERT_FALSE(old.touches.empty());
+    old.touches.clear(); // as in a version that recorded none
+    std::filesystem::create_directory(*this / "old");
+    write_recording(*this / "old/recording.h5", old);
+    refused({"old", "-o", "run.vtp", "--surface", "s"}, 3, "recorded no touches; run it again");
     refused({"t", "-o", "run.mrk.json", "--step-ms", "0"}, 2, "--step-ms");
     refused({"missing.h5", "-o", "run.vtp"}, 3, "missing.h5");
     refused({"t", "-o", "t/recording.mrk.json"}, 3, "named places are read from");

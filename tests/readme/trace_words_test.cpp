@@ -79,7 +79,7 @@ TEST(TraceWords, AdaptiveIsNotOfferedAsCertifiedWhereThereIsNoLevel) {
     const test::CommandFolder folder;
     const std::string why = "no surface with a level is felt";
     EXPECT_THAT(folder.run("palpate explain examples/paper_cavity.toml").output,
-                HasSubstr("not certified: " + why));
+                HasSubstr("with --method adaptive not certified: " + why));
     const std::string trace = "palpate trace examples/paper_cavity.toml --frames 50 --out t";
     EXPECT_THAT(folder.run(trace + " --method adaptive").errors, HasSubstr("warning: "));
     EXPECT_THAT(folder.run(trace + " --method adaptive").errors, HasSubstr(why));

@@ -219,6 +219,12 @@ std::vector<Inclusion> inclusions_of(const SurfaceDescription& surface, const Ba
                             100.0 * outside, label));
         inclusions.push_back(inclusion);
     }
+    // As the scene's check says it of names; here numbers are known, too.
+    const std::vector<std::size_t> all = find_labels(volume, surface.labels);
+    if (std::ranges::all_of(all, [&](std::size_t label) { return seen.contains(label); }))
+        throw std::runtime_error(
+            "beneath has all labels of the surface, and none is the tissue around them; leave out "
+            "the label that the lumps lie in: its stiffness is the surface's");
     return inclusions;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/engine/scene/internal/scene_tables.h>
 
+#include <algorithm>
 #include <optional>
 
 #include <fmt/format.h>
@@ -26,6 +27,10 @@ std::vector<std::string> surfaces_of(const TomlTable& table, const SceneDescript
             table.fail(table.line_of("surface"),
                        fmt::format("surface \"{}\" {} does not exist", *name, table.where()),
                        remedy_for_name(*name, names_of(scene.surfaces), "surfaces"));
+        if (std::find(names.begin(), names.end(), *name) != names.end())
+            table.fail(table.line_of("surface"),
+                       fmt::format("surface {} names \"{}\" twice", table.where(), *name),
+                       "name each surface once");
         names.push_back(*name);
     }
     if (names.empty())

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <palpate/engine/scene/baked_surface.h>
+#include <palpate/engine/scene/contact_choice.h>
 #include <palpate/engine/scene/internal/effect_questions.h>
 #include <palpate/engine/scene/scene_file.h>
 #include <palpate/engine/scene/scene_surface.h>
@@ -58,6 +59,18 @@ void warn_of_grooves(const SceneDescription& scene, std::vector<std::string>& wa
                 "own, too, the groove between them stays and may hold the proxy for long (flag "
                 "stalled): leave mesh out, so that baking closes the groove",
                 name));
+}
+
+/// A file is refused; where an option or a program chose the contact, the rest is felt.
+void warn_of_textures(const Scene& scene, std::vector<std::string>& warnings) {
+    for (const PlannedEffect& planned : scene.plan().effects) {
+        const EffectDescription& effect = scene.description().effects[planned.effect];
+        if (planned.on || traits_of(effect).part != SurfacePart::texture) continue;
+        for (const SceneSurface& surface : scene.surfaces())
+            if (surface.name == surface_of(effect) && !feels_texture(surface.contact))
+                warnings.push_back(fmt::format("{} is left out: {}; take contact volume or guarded",
+                                               effect_name(scene, planned.effect), planned.reason));
+    }
 }
 
 /// What samples a volume stays where the scene has it, also where a surface of the volume moves.
@@ -137,6 +150,7 @@ std::vector<std::string> warnings_of(const Scene& scene, std::span<const FeltEff
                 felt.name, force_n, is_devices ? "the device's " : "limits.force_n = ", limit_n,
                 is_devices ? "" : " or raise the limit"));
     warn_of_grooves(scene.description(), warnings);
+    warn_of_textures(scene, warnings);
     warn_of_what_stays(scene, warnings);
     return warnings;
 }

@@ -179,6 +179,8 @@ TEST(BakedStiffness, RefusesLabelsThatAreNotBeneath) {
                 HasSubstr("100 % of Apart are not beneath the surface; add it"));
     EXPECT_THAT(refusal(scene_of({{"Nodule", 10.0}, {"2", 3.0}})),
                 HasSubstr("names label Nodule twice"));
+    EXPECT_THAT(refusal(scene_of({{"1", 3.0}, {"2", 3.0}})),
+                HasSubstr("beneath has all labels of the surface"));
 }
 
 // A loop feels it: pressed by 5 mm over the lump, and far beside it.

@@ -2,7 +2,9 @@
 #include <palpate/engine/loop/felt_surfaces.h>
 #include <palpate/engine/report/trace_summary.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,51 @@ TEST(FeltSurfaces, HaveTimeForceAndPathOfTheFramesInWhichTheyAreFelt) {
 }
 
 // Two balls, one after the other.
+TEST(FeltSurfaces, ASlowOrSilentDeviceDoesNotLengthenTheContact) {
+    std::vector<FrameReport> frames(33); // 1 kHz, of a device that reports every 8 ms
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        frames[i].frame = i;
+        frames[i].time_s = 8e-3 * static_cast<double>(i / 8);
+        frames[i].surfaces_felt = 1;
+    }
+    EXPECT_NEAR(felt_surfaces(kNames, frames, 1e-3)[0].contact_s, 33e-3, 1e-12);
+    std::vector<FrameReport> silent(3);
+    for (std::size_t i = 0; i < silent.size(); ++i)
+        silent[i].frame = i;
+    silent[0].surfaces_felt = silent[2].surfaces_felt = 1;
+    silent[1].flags = kDeviceStale;
+    silent[2].time_s = 5.0;
+    EXPECT_NEAR(felt_surfaces(kNames, silent, 1e-3)[0].contact_s, 2e-3, 1e-12);
+}
+
+TEST(FeltSurfaces, HaveTheWholeForceOnTheHandWhereSeveralAreFelt) {
+    std::vector<FrameReport> frames(1);
+    frames[0].surfaces_felt = 0b11;
+    frames[0].force = {0.0, 3.0, 4.0};
+    const std::vector<FeltSurface> felt = felt_surfaces(kNames, frames, 1e-3);
+    EXPECT_DOUBLE_EQ(felt[0].force_max_n, 5.0);
+    EXPECT_DOUBLE_EQ(felt[1].force_max_n, 5.0);
+}
+
+TEST(FeltSurfaces, FramesThatWereNotComputedAreNotPressed) {
+    const auto scene = std::make_shared<const Scene>(
+        parse_scene("[volume.v]\nanalytic = \"solid_sphere\"\nradius_mm = 40\n[surface.s]\n"
+                    "volume = \"v\"\nstiffness_n_per_mm = 0.2\n[[effect]]\ntype = \"surface\"\n"
+                    "surface = \"s\"\n",
+                    "x.toml"));
+    std::vector<DeviceState> inputs(200);
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const double way = 3e-5 * static_cast<double>(std::min<std::size_t>(i, 150));
+        inputs[i].time_s = 1e-3 * static_cast<double>(i);
+        inputs[i].position = {0.0, 0.0, 41e-3 - way};
+        if (i >= 160) inputs[i].freshness = Freshness::stale;
+    }
+    test::ScriptedClock clock(1.0);
+    const auto summary = nlohmann::json::parse(summarize(*scene, run_trace(scene, inputs, clock)));
+    EXPECT_GT(summary["felt"][0]["frames"], 100);
+    EXPECT_EQ(summary["pressed"][0]["indentation_mm"]["frames"], summary["felt"][0]["frames"]);
+}
+
 TEST(FeltSurfaces, ASummaryTellsThemApart) {
     std::string text;
     for (const char* name : {"left", "right"})

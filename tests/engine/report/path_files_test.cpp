@@ -163,5 +163,34 @@ TEST(PathFiles, TouchedMeshComesBackWithTimeAndForceAtTheNearestVertices) {
     }
 }
 
+TEST(PathFiles, SilenceAndMissingFramesAreNoTouch) {
+    Recording run = recording();
+    run.touches.clear();
+    for (const std::uint64_t n : {10U, 12U, 13U, 14U}) {
+        RecordedTouch one;
+        one.frame = n;
+        one.point = Vec3(0.0501, 0.001, 0.002);
+        one.force = Vec3(1.0);
+        run.touches.push_back(one);
+    }
+    run.frames[11].flags = kDeviceStale;
+    for (std::size_t n = 12; n < 100; ++n)
+        run.frames[n].time_s += 5.0; // it was silent for 5 s
+    const std::string text = touched_mesh_as_vtp(run, 0, test::icosphere(0.05, 2));
+    std::size_t at = text.find("Name=\"touched_s\"");
+    ASSERT_NE(at, std::string::npos);
+    at = text.find('>', at) + 1;
+    std::istringstream numbers(text.substr(at, text.find('<', at) - at));
+    double sum = 0.0;
+    for (double value = 0.0; numbers >> value;)
+        sum += value;
+    EXPECT_NEAR(sum, 4e-3, 1e-9);
+
+    Recording gap = recording();
+    gap.frames.erase(gap.frames.begin() + 30, gap.frames.begin() + 35);
+    std::erase_if(gap.touches, [](const auto& t) { return t.frame >= 30 && t.frame < 35; });
+    EXPECT_EQ(touch_spans(gap).size(), 4U) << "0: 20-29, 35-39, 60-69; 1: 35-69";
+}
+
 } // namespace
 } // namespace palpate

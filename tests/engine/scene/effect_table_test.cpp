@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/engine/scene/scene_file_fixture.h"
@@ -70,6 +71,14 @@ TEST_F(EffectTable, FunctionsEndAtTheSameLimits) {
             EXPECT_TRUE(message.ends_with("out of range; " + range)) << message;
         }
     }
+}
+
+// It was felt twice as strongly: the effect was made once for each name.
+TEST_F(EffectTable, ASurfaceIsNamedOnce) {
+    for (const char* type : {"vibration", "viscosity", "friction"})
+        EXPECT_THAT(complaint(kBall + "[surface.s]\nvolume = \"ball\"\n[[effect]]\ntype = \"" +
+                              type + "\"\nsurface = [\"s\", \"s\"]\n"),
+                    testing::HasSubstr("names \"s\" twice"));
 }
 
 TEST_F(EffectTable, AFunctionNeedsAVolume) {

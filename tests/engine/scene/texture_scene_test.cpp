@@ -190,6 +190,9 @@ TEST(TextureScene, AMeshHasNoTexture) {
     const Scene scene(both, SceneResources{.files = scene_files()});
     EXPECT_FALSE(scene.plan().effects[1].on);
     EXPECT_EQ(scene.plan().effects[1].reason, "contact direct has no texture");
+    EXPECT_EQ(scene.plan().warnings,
+              std::vector<std::string>{"effect 2 (texture) is left out: contact direct has no "
+                                       "texture; take contact volume or guarded"});
 }
 
 TEST(TextureScene, WhatATextureCannotBeIsRefusedWithItsLine) {
