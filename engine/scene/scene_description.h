@@ -82,6 +82,7 @@ struct MaterialDescription {
     int strength_line = 0;                   ///< of the scene file, for messages
     Yielding yielding = Yielding::holds;     ///< above its strength
     Softness softness;                       ///< how it gives way below that
+    std::optional<double> contact_radius_mm; ///< of `beneath` of its surfaces, [1, 15]; empty: 4
     std::optional<double> static_mu;         ///< of `friction` and `stick_slip` on it, [0, 10]
     std::optional<double> dynamic_mu;        ///< the same; at most static_mu
     std::optional<double> damping_n_s_per_m; ///< of effects `viscosity` in it, N s/m, [0, 1e3]

@@ -70,6 +70,8 @@ MaterialDescription read_material_table(const TomlTable& table) {
     material.strength_line = table.line_of("strength_n");
     if (table.has("yield")) material.yielding = read_yielding(table);
     material.softness = read_softness(table, {});
+    if (table.has("contact_radius_mm"))
+        material.contact_radius_mm = table.number("contact_radius_mm", kContactRadiusMm, 0.0);
     if (table.has("static") || table.has("dynamic")) {
         const FrictionCoefficients friction = read_friction(table, {});
         material.static_mu = friction.static_mu;

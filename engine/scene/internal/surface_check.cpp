@@ -200,6 +200,8 @@ void check_material(const FieldCheck& check, const MaterialDescription& material
     check.function("strength", material.strength, kHoldingN);
     check.choice("yielding", material.yielding, Yielding::opens);
     check_softness(check, material.softness);
+    if (material.contact_radius_mm)
+        check.number("contact_radius_mm", *material.contact_radius_mm, kContactRadiusMm);
     check_friction_of(check, material);
     if (material.damping_n_s_per_m)
         check.number("damping_n_s_per_m", *material.damping_n_s_per_m, kDamping);

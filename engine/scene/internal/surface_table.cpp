@@ -433,6 +433,8 @@ SurfaceDescription read_surface_table(const TomlTable& table, const SceneDescrip
         surface.material = material_in(table, scene);
         surface.yielding = scene.materials.at(surface.material).yielding;
         surface.softness = scene.materials.at(surface.material).softness;
+        surface.contact_radius_mm = scene.materials.at(surface.material)
+                                        .contact_radius_mm.value_or(surface.contact_radius_mm);
     }
     surface.softness = read_softness(table, surface.softness);
     read_mesh_source(table, scene, mesh, surface);

@@ -45,6 +45,31 @@ TEST_F(BeneathTable, NamesLabelsAndTheirRatios) {
     EXPECT_TRUE(parse(felt(kSoft)).surfaces.at("body").beneath.empty());
 }
 
+// It was dropped: the stiffness was that of a contact of 8 mm, the lumps those of one of 4 mm.
+TEST_F(BeneathTable, TheMaterialsContactIsTheFingers) {
+    const std::string material = "[material.tissue]\nyoungs_kpa = 10\ncontact_radius_mm = 8\n";
+    const auto contact_of = [&](const std::string& keys) {
+        return parse(felt("material = \"tissue\"\n" + keys + kNodule, material))
+            .surfaces.at("body")
+            .contact_radius_mm;
+    };
+    EXPECT_EQ(contact_of(""), 8.0);
+    EXPECT_EQ(contact_of("contact_radius_mm = 6\n"), 6.0) << "the surface's own comes first";
+}
+
+TEST_F(BeneathTable, TheContactOfAMaterialInCodeIsChecked) {
+    SceneDescription scene = parse(felt(kSoft + kNodule));
+    scene.materials["tissue"].contact_radius_mm = 16.0;
+    try {
+        validate(scene);
+        ADD_FAILURE() << "16 mm was taken";
+    } catch (const std::invalid_argument& error) {
+        EXPECT_THAT(error.what(),
+                    testing::AllOf(HasSubstr("materials[\"tissue\"]"),
+                                   HasSubstr("contact_radius_mm"), HasSubstr("[1, 15]")));
+    }
+}
+
 // It said how much of a lump is felt, and that fingers notice it, where the surface is hard.
 TEST_F(BeneathTable, OfAHardSurfaceNothingBeneathIsFelt) {
     const SceneDescription hard = parse(felt("stiffness_n_per_mm = 0.8\n" + kNodule));
