@@ -77,7 +77,7 @@ void check_contact(const SceneDescription& scene, const SurfaceDescription& desc
             "{}: contact = \"direct\" never yields, and its strength_n = {}{} is "
             "finite; take contact = \"volume\", or give it strength_n = inf",
             place, description.strength_n,
-            description.material.empty() ? "" : " (material " + description.material + ")"));
+            description.material.empty() ? "" : " (its own, or of its material)"));
 }
 
 SceneSurface build_surface(const SceneDescription& scene, const std::string& name,
