@@ -21,9 +21,10 @@ EOT
 say() { printf 'palpate.sh: %s\n' "$*" >&2; }
 
 # Names in scripts/packages.txt that no installed package has or provides, a line each: Node.js of its own makers provides npm.
+# The second letter of a state says what is: a package that is held is installed, too.
 missing_packages() {
     local there
-    there=$(dpkg-query -W -f='${db:Status-Abbrev}\t${Package}, ${Provides}\n' | sed -n 's/^ii[^\t]*\t//p' |
+    there=$(dpkg-query -W -f='${db:Status-Abbrev}\t${Package}, ${Provides}\n' | sed -n 's/^.i[^\t]*\t//p' |
         sed 's/([^)]*)//g' | tr ',' '\n' | tr -d ' ')
     sed 's/#.*//' scripts/packages.txt | tr -s ' \t' '\n' | grep . | grep -vxF "$there" || true
 }
@@ -92,6 +93,7 @@ keep_surfaces() {
     mapfile -t old < <(ls -t "$kept" | tail -n +4)
     (cd "$kept" && rm -rf "${old[@]}")
     rm -rf build/release/real-data/cache
+    trap 'rm -f build/release/real-data/cache' EXIT # where a build fails, too: what a later one makes is not of these sources
     ln -s "$kept/$key" build/release/real-data/cache
 }
 

@@ -29,7 +29,7 @@ def marker(kind, x, y, series):
 def short(value):
     """A number on an axis: 1, 20, 300, 4k, 5M."""
     for unit, size in (("G", 1e9), ("M", 1e6), ("k", 1e3)):
-        if abs(value) >= size:
+        if abs(value) >= 0.9995 * size:  # three digits of 999.7 are those of 1k
             return f"{value / size:.3g}{unit}"
     return f"{value:.3g}"
 

@@ -28,7 +28,7 @@ def ns(value):
     if value is None:
         return "-"
     for unit, size in (("s", 1e9), ("ms", 1e6), ("us", 1e3)):
-        if value >= size:
+        if value >= 0.9995 * size:  # three digits of 999.7 ns are those of 1 us
             return f"{value / size:.3g} {unit}"
     return f"{value:.3g} ns"
 

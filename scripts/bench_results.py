@@ -99,13 +99,14 @@ def place_of(run):
     return run.get("family_index", 0), run.get("per_family_instance_index", 0)
 
 
-def rows_of_jitter(runs):
-    """bench_jitter and bench_view_jitter are no Google Benchmarks: a row for each of their runs."""
+def numbers_of_jitter(runs):
+    """(benchmark, quantity, unit, number): bench_jitter and bench_view_jitter are no Google Benchmarks.
+    Where SCHED_FIFO is not granted, two of their runs have one name."""
     for run in runs:
         name = "/".join(["jitter", run["method"], run["scheduler"], run["machine"]])
         for counter, number in run.items():
             if counter not in ("method", "scheduler", "machine"):
-                yield Row(name, counter, unit_of(counter), 1, number, number, number)
+                yield name, counter, unit_of(counter), number
 
 
 def read_run(folder):
@@ -118,7 +119,8 @@ def read_run(folder):
     for file in files:
         run = read_json(file)
         if isinstance(run, list):
-            rows += rows_of_jitter(run)
+            for name, quantity, unit, number in numbers_of_jitter(run):
+                found.setdefault((name, quantity, unit), []).append(number)
             continue
         context = run.get("context", context)
         program = file.stem.removeprefix("bench_")

@@ -64,6 +64,11 @@ mkdir -p "$copy"
         mkdir -p "$(dirname "$copy/$file")"
         cp "$root/$file" "$copy/$file"
     done
+# What is gone from the sources is gone from the copy: a test that is there no more notices nothing.
+(cd "$copy" && find . -path ./build -prune -o -type f -print0) |
+    while IFS= read -r -d '' file; do
+        [ -f "$root/$file" ] || rm "$copy/$file"
+    done
 
 mapfile -t executables < <(printf '%s\n' "${tests[@]%% *}" | sort -u)
 (cd "$copy" && cmake --preset release -DPALPATE_PYTHON=OFF -DPALPATE_BENCH=OFF -DPALPATE_BUNDLES=OFF >/dev/null) || fail "$copy cannot be configured"
@@ -85,7 +90,7 @@ failed_tests() {
     [ $status -eq 0 ] && { grep -q '  PASSED  . [1-9]' "$build/tests.log" || fail "$executable has no test $filter"; return; }
     sed -n 's/^\[  FAILED  \] \([^ ,]*\).*/\1/p' "$build/tests.log" | sort -u | grep -v '^[0-9]*$' | grep . && return
     [ $status -eq 124 ] && echo "hangs" && return
-    sed -n 's/^\[ RUN      \] /the process ends in /p' "$build/tests.log" | tail -1
+    sed -n 's/^\[ RUN      \] /the process ends in /p' "$build/tests.log" | tail -1 | grep . || echo "ends with $status"
 }
 
 # In words: the first two of them and how many more.

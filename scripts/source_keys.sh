@@ -15,7 +15,7 @@ root=$PWD
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-find geometry volume haptics drivers engine c \( -name '*.h' -o -name '*.cpp' \) 2>/dev/null | sort >"$work/files" || true
+find geometry volume haptics drivers engine c \( -name '*.h' -o -name '*.cpp' -o -name '*.c' \) 2>/dev/null | sort >"$work/files" || true
 mapfile -t files <"$work/files"
 sha256sum "${files[@]}" >"$work/hashes"
 version=$build/include/palpate/version.h
@@ -34,7 +34,7 @@ FILENAME == ARGV[2] {
     sub(/^[^<]*<palpate\//, "", header)
     sub(/>.*/, "", header)
     if (header == "palpate.h") header = "engine/loop/palpate.h"
-    if (header ~ /^palpate_c/) header = "c/" header
+    if (header ~ /^(palpate_c|device_plugin)/) header = "c/" header
     includes[FILENAME] = includes[FILENAME] " " header
 }
 function reach(file,    list, n, i) {
@@ -46,6 +46,10 @@ function reach(file,    list, n, i) {
 }
 END {
     for (i = 1; i <= count; ++i) {
+        if (!(order[i] in hash)) { # its key would stay the same whatever is in it
+            print "source_keys.sh: " order[i] ": no source of " root >"/dev/stderr"
+            exit 1
+        }
         delete seen
         text = flags[order[i]]
         while ((at = index(text, build)) > 0) text = substr(text, 1, at - 1) "BUILD" substr(text, at + length(build))

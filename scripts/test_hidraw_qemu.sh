@@ -33,7 +33,7 @@ install_packages() {
     command -v qemu-system-x86_64 >/dev/null || missing+=(qemu-system-x86)
     command -v cpio >/dev/null || missing+=(cpio)
     # The shell of the machine needs no libraries.
-    dpkg-query -W -f='${db:Status-Abbrev}' busybox-static 2>/dev/null | grep -q ^ii || missing+=(busybox-static)
+    dpkg-query -W -f='${db:Status-Abbrev}' busybox-static 2>/dev/null | grep -q '^.i' || missing+=(busybox-static)
     [ ${#missing[@]} -gt 0 ] || return 0
     [ "$(id -u)" -eq 0 ] || skip "${missing[*]} missing; as root: apt-get install --no-install-recommends ${missing[*]}"
     say "installing ${missing[*]}"

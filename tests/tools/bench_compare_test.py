@@ -188,6 +188,24 @@ class Page(Folder):
         self.assertIn("frame/adaptive/empty,time,ns,3,2000,1000,4000\n", table)
         self.assertEqual(run("bench_compare.py", *2 * [self.folder / "results.csv"]).returncode, 0)
 
+    def test_two_runs_of_one_name_are_two_runs(self):
+        # Without the right to SCHED_FIFO bench_jitter has each of its rows twice.
+        self.write_all()
+        late = [{"method": "paper", "scheduler": "SCHED_OTHER", "machine": "quiet", "late_p50_us": n} for n in (10.0, 90.0)]
+        (self.folder / "bench_jitter.json").write_text(json.dumps(late))
+        done = run("bench_page.py", self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("jitter/paper/SCHED_OTHER/quiet,late_p50_us,us,2,50,10,90\n", (self.folder / "results.csv").read_text())
+
+    def test_a_time_that_rounds_to_the_next_unit_has_that(self):
+        self.write("bench_floor", repetition("load/KiB:4", 0.001), repetition("load/KiB:262144", 0.1))
+        self.write("bench_frame_cost", repetition("frame/adaptive/empty", 1.0, p50_ns=999.7, p99_ns=999.4, p999_ns=999600.0,
+                                                  max_ns=2e6))
+        run("bench_page.py", self.folder)
+        page = (self.folder / "index.html").read_text()
+        self.assertIn("<td>1 us</td><td>999 ns</td><td>1 ms</td><td>2 ms</td>", page)
+        self.assertNotIn("1e+03", page)
+
     def test_the_page_needs_no_other_file(self):
         self.write_all()
         run("bench_page.py", self.folder)

@@ -245,7 +245,7 @@ export class App {
     for (let i = 0; i < this.frames.count; i += stride) if (felt[i]) forces.push(this.frames.force(i));
     if (forces.length === 0) return 1;
     forces.sort((a, b) => a - b);
-    return roundUp(forces[Math.floor(kForceRank * (forces.length - 1))]);
+    return roundUp(forces[Math.ceil(kForceRank * forces.length) - 1]);
   }
 
   repaint() {

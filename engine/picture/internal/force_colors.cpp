@@ -40,7 +40,9 @@ double force_scale_n(std::span<const FrameReport> frames) {
         if (frame.contacts > 0 && is_finite(frame.force))
             forces.push_back(glm::length(frame.force));
     if (forces.empty()) return 1.0;
-    const auto rank = static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(forces.size() - 1));
+    // Nearest rank: what is below it, and itself, are 99 % at least.
+    const auto rank =
+        static_cast<std::ptrdiff_t>(std::ceil(0.99 * static_cast<double>(forces.size()))) - 1;
     std::nth_element(forces.begin(), forces.begin() + rank, forces.end());
     return round_up(forces[static_cast<std::size_t>(rank)]);
 }

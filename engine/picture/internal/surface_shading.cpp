@@ -157,10 +157,13 @@ Camera fitted_camera(const TriangleMesh& mesh, const Vec3& towards, const Vec3& 
     camera.width = width;
     camera.height = height;
 
-    Box bounds; // along right, up, forward
-    for (const Vec3& p : mesh.vertices)
-        bounds.add(
-            {glm::dot(p, camera.right), glm::dot(p, camera.up), glm::dot(p, camera.forward)});
+    Box bounds; // along right, up, forward; a vertex of no triangle may be anywhere
+    for (const auto& triangle : mesh.triangles)
+        for (const std::uint32_t vertex : triangle) {
+            const Vec3& p = mesh.vertices[vertex];
+            bounds.add(
+                {glm::dot(p, camera.right), glm::dot(p, camera.up), glm::dot(p, camera.forward)});
+        }
     const Vec3 middle = bounds.center();
     camera.center = middle.x * camera.right + middle.y * camera.up + middle.z * camera.forward;
 

@@ -114,7 +114,7 @@ void draw_direction_ball(Canvas& canvas, int left, int top, int size, const Surf
     constexpr Rgb kAround{38, 42, 52};
     // Only its directions are of use here: the ball is drawn without rays.
     const Camera camera =
-        fitted_camera({{Vec3(0.0), Vec3(1.0)}, {}}, view.towards, view.up, size, size, 0.0);
+        fitted_camera({{Vec3(0.0), Vec3(1.0)}, {{0, 0, 1}}}, view.towards, view.up, size, size, 0.0);
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
             const double right = (x + 0.5 - 0.5 * size) / (kRadius * size);

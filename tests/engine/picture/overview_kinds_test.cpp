@@ -216,5 +216,12 @@ TEST(OverviewPicture, MeshWithoutAnAreaIsRefused) {
     EXPECT_THROW(overview_png(mesh), std::invalid_argument);
 }
 
+TEST(OverviewPicture, VerticesOfNoTriangleChangeNothing) {
+    const auto plain = std::make_shared<TriangleMesh>(test::box_mesh(Vec3(-0.02), Vec3(0.02)));
+    const auto stray = std::make_shared<TriangleMesh>(*plain);
+    stray->vertices.push_back({3.0, -2.0, 5.0}); // m
+    EXPECT_TRUE(overview_png(stray) == overview_png(plain));
+}
+
 } // namespace
 } // namespace palpate

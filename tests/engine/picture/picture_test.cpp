@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -233,6 +234,25 @@ TEST(Picture, SameInputGivesTheSameBytes) {
     const SurfaceScene scene(sphere(Facing::outwards));
     const std::vector<FrameReport> frames = path_at(-kRadius);
     EXPECT_EQ(render_png(scene, frames, small_view()), render_png(scene, frames, small_view()));
+}
+
+TEST(Picture, VerticesOfNoTriangleChangeNothing) {
+    const auto plain = sphere(Facing::outwards);
+    const auto stray = std::make_shared<TriangleMesh>(*plain);
+    stray->vertices.push_back({3.0, -2.0, 5.0}); // m
+    const std::vector<FrameReport> frames = path_at(-kRadius);
+    EXPECT_TRUE(render_png(SurfaceScene(stray), frames, small_view()) ==
+                render_png(SurfaceScene(plain), frames, small_view()));
+}
+
+TEST(ForceColors, ScaleIsAtOrAbove99PercentOfTheFrames) {
+    std::vector<FrameReport> frames(150);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        frames[i].contacts = 1;
+        frames[i].force = Vec3(0.0, i < 148 ? 1.0 : 8.0, 0.0); // 148 of 150 are 98.7 %
+    }
+    EXPECT_DOUBLE_EQ(internal::force_scale_n(frames), 8.0);
+    EXPECT_DOUBLE_EQ(internal::force_scale_n(std::span(frames).subspan(147, 2)), 8.0);
 }
 
 TEST(Picture, ViewsThatShowNothingAreRefused) {
