@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 
 #include <palpate/drivers/attached_devices.h>
 #include <palpate/drivers/internal/device_judgement.h>
@@ -69,6 +71,12 @@ std::vector<AttachedDevice> attached_devices() {
 
 namespace {
 
+/// Whether a path leads to a node: a link of udev's does, too.
+bool is_node(const std::string& node, const std::string& path) {
+    std::error_code failed;
+    return node == path || std::filesystem::equivalent(node, path, failed);
+}
+
 /// The end of a message about `address`, of which none is attached.
 std::string none_attached(const std::vector<AttachedDevice>& attached) {
     for (const AttachedDevice& one : attached)
@@ -106,8 +114,8 @@ AttachedDevice device_at(const std::string& address, const std::vector<AttachedD
     const AttachedDevice* found = nullptr;
     for (const AttachedDevice& device : attached) {
         if (is_foreign && internal::has_word(device.called, address)) refuse_foreign(device);
-        const bool meant =
-            is_path ? device.path == address : !is_foreign && address_of(device.kind) == address;
+        const bool meant = is_path ? is_node(device.path, address)
+                                   : !is_foreign && address_of(device.kind) == address;
         if (meant && device.usable()) return device;
         if (meant && found == nullptr) found = &device;
     }

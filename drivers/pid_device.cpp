@@ -106,6 +106,7 @@ private:
     // Set while connecting, when neither thread runs on.
     std::string path_;
     std::optional<PidReports> reports_;
+    double step_m_ = 0.0; ///< what positions are rounded to
 
     // The reader's.
     DeviceState reported_;
@@ -133,6 +134,8 @@ DeviceProperties PidDevice::Stick::properties() const {
     known.force_n = settings_.force_n;
     known.stiffness_n_per_m = settings_.stiffness_n_per_m;
     known.damping_n_s_per_m = settings_.damping_n_s_per_m;
+    known.position_step_m = step_m_;
+    known.delay_s = 4e-3; // each axis waits for its turn, which comes every second write
     known.workspace_m = {Vec3(-settings_.reach_m, -settings_.reach_m, 0.0),
                          Vec3(settings_.reach_m, settings_.reach_m, 0.0)};
     return known;
@@ -179,9 +182,12 @@ PidEffect PidDevice::Stick::load_effect(HidPort& port, PidAxis axis) const {
 void PidDevice::Stick::connected(HidPort& port) {
     path_ = port.path();
     reports_.emplace(internal::read_hid_descriptor(port.report_descriptor(), path_), path_);
+    step_m_ = settings_.reach_m * reports_->stick_step();
     effects_ = {};
     is_released_ = false;
-    ++reported_.trial; // the handle may be elsewhere by now
+    ++reported_.trial; // the handle may be elsewhere by now: where, its next report says
+    moved_s_ = kNever;
+    heard_s_.store(kNever);
     for (const auto& report :
          {reports_->control(PidControl::reset), reports_->control(PidControl::stop_all),
           reports_->control(PidControl::enable_actuators), reports_->full_gain()})
@@ -253,7 +259,8 @@ std::size_t PidDevice::Stick::compose(std::span<std::uint8_t> report) noexcept {
 DeviceState PidDevice::Stick::newest_state() noexcept {
     states_.take(state_);
     const double now_s = internal::hid_time_s();
-    const bool recent = now_s - heard_s_.load() <= settings_.stale_after_s &&
+    const bool recent = stream_.is_connected() &&
+                        now_s - heard_s_.load() <= settings_.stale_after_s &&
                         now_s - stream_.untaken_since_s() <= settings_.stale_after_s;
     state_.freshness = recent ? Freshness::fresh : Freshness::stale;
     return state_;

@@ -120,6 +120,8 @@ WoodenDevice::Board::Board(const WoodenModel& model, Settings settings)
     properties_.force_n = wooden_home_force_n(model_);
     properties_.stiffness_n_per_m = model_.stiffness_n_per_m;
     properties_.damping_n_s_per_m = 0.5 * model_.stiffness_n_per_m * kMakersPeriodS;
+    properties_.position_step_m = wooden_home_step_m(model_);
+    properties_.delay_s = 2.0 * kMakersPeriodS; // a state and a force wait for a report each
     properties_.workspace_m = {Vec3(-model_.workspace_radius_m), Vec3(model_.workspace_radius_m)};
     // A run begins at home, which of every model is outside of the ball that its makers name.
     if (const auto home = wooden_pose(model_, wooden_angles(model_, model_.home_counts)))
@@ -188,10 +190,14 @@ void WoodenDevice::Board::connected(HidPort& port) {
 
     const auto report = internal::decode_wooden(layout_, {bytes.data(), size});
     const bool kept = model_.zeroing == WoodenZeroing::device && board_zeroes();
-    const bool ask = kept && settings_.start == WoodenStart::at_home;
+    // A board that only took no reports has counted on, and its handle is anywhere by now.
+    const bool goes_on = zeroed_ && stream_.was_let_go();
+    const bool ask = kept && settings_.start == WoodenStart::at_home && !goes_on;
     zeroing_.store(ask || report->asks_for_zero ? Zeroing::wanted : Zeroing::none);
     zeroed_ = !ask;
-    if (kept)
+    if (goes_on)
+        counters_.follow(report->counters);
+    else if (kept)
         counters_.set_kept(model_, report->counters);
     else
         counters_.set_home(model_, report->counters);

@@ -202,4 +202,18 @@ double wooden_home_force_n(const WoodenModel& model) noexcept {
     return force;
 }
 
+double wooden_home_step_m(const WoodenModel& model) noexcept {
+    constexpr double kCoarsest_m = 0.01; // as of plug-ins; also where a count is no angle
+    const auto pose = wooden_pose(model, wooden_angles(model, model.home_counts));
+    if (!pose) return 0.0;
+    Vec3 step(0.0);
+    for (int i = 0; i < 3; ++i) {
+        const auto motor = static_cast<std::size_t>(i);
+        const double count_rad = 2.0 * std::numbers::pi / model.counts_per_turn[motor] *
+                                 model.capstan_diameter_m[motor] / model.body_diameter_m[motor];
+        step += count_rad * glm::abs(pose->jacobian[i]);
+    }
+    return std::min(kCoarsest_m, std::max({step.x, step.y, step.z}));
+}
+
 } // namespace palpate

@@ -78,4 +78,8 @@ std::array<std::int16_t, 3> limited_wooden_currents(const Vec3& currents_ma) noe
 /// limit, no longer than WoodenModel::force_n.                                             [any]
 double wooden_home_force_n(const WoodenModel& model) noexcept;
 
+/// How far the handle gets along an axis, m, at the home pose, while no counter changes: what
+/// positions are rounded to. At most 0.01.                                                 [any]
+double wooden_home_step_m(const WoodenModel& model) noexcept;
+
 } // namespace palpate

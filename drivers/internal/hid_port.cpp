@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <mutex>
 #include <stdexcept>
+#include <system_error>
 
 #include <fcntl.h>
 #include <linux/hidraw.h>
@@ -107,6 +109,13 @@ LockFile open_lock_file(const std::string& path) {
                                     "/run/lock or /tmp");
 }
 
+/// The node itself, where udev or somebody else has made a link to it: one device has one lock.
+std::string node_of(const std::string& path) {
+    std::error_code failed;
+    const std::filesystem::path node = std::filesystem::canonical(path, failed);
+    return failed ? path : node.string();
+}
+
 /// Whether the file of that name is still the one that was opened: its last holder removed it.
 bool is_current(const LockFile& file) {
     struct stat of_opened {
@@ -134,7 +143,7 @@ struct HidPort::Lock {
 
     explicit Lock(const std::string& path) {
         for (;;) {
-            file = open_lock_file(path);
+            file = open_lock_file(node_of(path));
             if (::flock(file.opened, LOCK_EX | LOCK_NB) != 0) {
                 ::close(file.opened);
                 throw std::runtime_error(path + ": another program of Palpate uses this device; "

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <palpate/drivers/internal/hid_stream.h>
 
+#include <algorithm>
 #include <array>
 #include <exception>
 #include <limits>
+#include <memory>
 
 namespace palpate::internal {
 
@@ -39,10 +41,17 @@ void HidStream::open() {
 }
 
 void HidStream::connect() {
-    auto port = std::make_unique<HidPort>(protocol_.find());
+    std::unique_ptr<HidPort> port;
+    try {
+        port = std::make_unique<HidPort>(protocol_.find());
+    } catch (const std::exception&) {
+        was_let_go_ = false; // what comes back may have been without power
+        throw;
+    }
     protocol_.forget_force();
     protocol_.connected(*port);
     port_ = std::move(port);
+    was_let_go_ = false;
     seen_empty_s_ = hid_time_s();
     ++counts_.connections;
     is_connected_.store(true);
@@ -73,6 +82,7 @@ void HidStream::stop() noexcept {
 void HidStream::close() noexcept {
     stop();
     is_connected_.store(false);
+    was_let_go_ = false;
     port_.reset();
 }
 
@@ -85,9 +95,10 @@ void HidStream::read_reports() noexcept {
     while (!sleep_until_stopped(std::chrono::milliseconds(0))) {
         if (port_ == nullptr)
             try_again();
-        else if (refuses_reports_.exchange(false))
+        else if (refuses_reports_.exchange(false)) {
             lose();
-        else
+            was_let_go_ = true;
+        } else
             read_batch();
     }
 }
@@ -137,7 +148,8 @@ void HidStream::lose() noexcept {
 }
 
 void HidStream::try_again() noexcept {
-    if (sleep_until_stopped(settings_.retry)) return;
+    // Never without a pause: this thread may come before every ordinary one.
+    if (sleep_until_stopped(std::max(settings_.retry, std::chrono::milliseconds(1)))) return;
     const std::lock_guard alone(port_mutex_);
     try {
         connect();

@@ -97,6 +97,10 @@ public:
 
     const HidStreamCounts& counts() const noexcept { return counts_; }
 
+    /// For connected(): the device was let go as it took no reports, and its node did not go away.
+    /// What it counts, it has counted on.
+    bool was_let_go() const noexcept { return was_let_go_; }
+
 private:
     void read_reports() noexcept;
     void read_batch() noexcept;
@@ -113,7 +117,8 @@ private:
     std::atomic<double> untaken_since_s_;
     std::atomic<bool> refuses_reports_{false};
     std::atomic<bool> is_connected_{false};
-    double seen_empty_s_; ///< the reader's: when no report waited
+    double seen_empty_s_;     ///< the reader's: when no report waited
+    bool was_let_go_ = false; ///< the reader's, see was_let_go()
 
     /// The writer's while it writes, the reader's while it exchanges the port.
     std::mutex port_mutex_;

@@ -236,6 +236,14 @@ std::optional<glm::dvec2> PidReports::stick(std::span<const std::uint8_t> report
         -1.0, 1.0);
 }
 
+double PidReports::stick_step() const noexcept {
+    const auto step = [](const HidField& field) {
+        const auto range = static_cast<double>(field.logical_max - field.logical_min);
+        return range > 0.0 ? 2.0 / range : 0.0;
+    };
+    return std::max(step(stick_x_), step(stick_y_));
+}
+
 std::optional<std::uint32_t>
 PidReports::buttons(std::span<const std::uint8_t> report) const noexcept {
     std::uint32_t down = 0;

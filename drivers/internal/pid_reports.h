@@ -63,6 +63,9 @@ public:
     /// Input: the first 32 buttons; nothing where the report is another one.
     std::optional<std::uint32_t> buttons(std::span<const std::uint8_t> report) const noexcept;
 
+    /// What stick() is rounded to, of 1: that of the coarser axis.
+    double stick_step() const noexcept;
+
     const HidDescriptor& descriptor() const noexcept { return descriptor_; }
 
 private:

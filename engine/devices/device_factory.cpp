@@ -122,11 +122,22 @@ std::vector<DeviceState> tours(const Scene& scene, std::vector<std::string>& not
     return chain.take();
 }
 
-/// Median of the times between a recording's inputs; 0 where there are no two.
+/// Median of a frame's time in a recording's inputs; 0 where it does not show. A device that
+/// reports more seldom than the loop runs says a time in several frames: so it is taken over many,
+/// from one new time to another.
 double median_period_s(const std::vector<DeviceState>& states) {
-    std::vector<double> periods;
+    constexpr std::size_t kFrames = 100; // one more or less is 1 %
+    std::vector<std::size_t> news;       // frames with another time than the one before
     for (std::size_t i = 1; i < states.size(); ++i)
-        periods.push_back(states[i].time_s - states[i - 1].time_s);
+        if (states[i].time_s != states[i - 1].time_s) news.push_back(i);
+    std::vector<double> periods;
+    for (std::size_t first = 0, last = 0; first < news.size(); ++first) {
+        while (last + 1 < news.size() && news[last] - news[first] < kFrames)
+            ++last;
+        if (last > first)
+            periods.push_back((states[news[last]].time_s - states[news[first]].time_s) /
+                              static_cast<double>(news[last] - news[first]));
+    }
     if (periods.empty()) return 0.0;
     const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
     std::nth_element(periods.begin(), middle, periods.end());
@@ -143,7 +154,7 @@ std::vector<DeviceState> recorded_states(const Scene& scene) {
         throw std::runtime_error(file.string() +
                                  ": has no frames to play; record a longer run with `palpate "
                                  "trace`");
-    // A device's own time may jitter, and frames may be missing: half of them tell enough.
+    // A device's own time may jitter, and frames may be missing here and there.
     const double period_s = median_period_s(states);
     if (period_s > 0.0 && std::abs(period_s * rate_hz - 1.0) > 0.1)
         throw std::runtime_error(

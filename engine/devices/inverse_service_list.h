@@ -15,7 +15,7 @@ struct ListedInverseService {
 };
 
 /// Asks the service at `where` what it has: HOST, HOST:PORT or empty, which is this computer.
-/// Waits at most a second, and not at all where nobody listens. Throws std::runtime_error where
+/// Waits at most 4 s, and nearly not at all where nobody listens. Throws std::runtime_error where
 /// that is no numeric address.                                                          [setup]
 ListedInverseService listed_inverse_service(const std::string& where);
 

@@ -478,6 +478,15 @@ TEST(AttachedDevices, ADeviceOfAnotherMakerIsNamedWithItsWay) {
         << refusal("omega");
 }
 
+TEST(AttachedDevices, ALinkToANodeIsTheNode) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "hidraw3") << "";
+    std::filesystem::create_symlink(folder / "hidraw3", folder / "left");
+    const AttachedDevice mouse{(folder / "hidraw3").string(), 0x256F, 0xC635, "SpaceMouse",
+                               AttachedKind::space_mouse,     {}};
+    EXPECT_EQ(device_at((folder / "left").string(), {mouse}).path, mouse.path);
+}
+
 TEST(UdevRules, TheShippedFileIsWhatTheCommandPrints) {
     EXPECT_EQ(test::content_of(PALPATE_UDEV_RULES), udev_rules());
 }

@@ -9,8 +9,11 @@
 
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/time.h>
+#include <unistd.h>
 
 #include <palpate/drivers/internal/hid_port.h>
 
@@ -216,6 +219,24 @@ TEST(HidPort, Case11SecondPortIsKeptOutUntilTheFirstIsClosed) {
 }
 
 const std::filesystem::path kLockFolders[] = {"/run/lock", "/tmp"};
+
+TEST(HidPort, Case11UnderAnotherNameItIsTheSameDevice) {
+    // A node of the system's own: what leads to a simulated one leads nowhere.
+    std::filesystem::path lock;
+    int held = -1;
+    for (const std::filesystem::path& folder : kLockFolders) {
+        lock = folder / "palpate-dev-null.lock";
+        held = ::open(lock.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
+        if (held >= 0) break;
+    }
+    ASSERT_GE(held, 0);
+    ASSERT_EQ(::flock(held, LOCK_EX | LOCK_NB), 0);
+    const std::string other = "/dev/../dev/null";
+    EXPECT_EQ(message_of([&] { HidPort{other}; }),
+              other + ": another program of Palpate uses this device; stop it first");
+    std::filesystem::remove(lock);
+    ::close(held);
+}
 
 std::string lock_name() {
     std::string name = "palpate" + kPath + ".lock";

@@ -6,7 +6,10 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
+#include <fstream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -56,6 +59,21 @@ private:
     int client_ = -1;
     std::uint16_t port_ = 0;
 };
+
+/// When the system looks whether the other end of a connection to a port is still there, s.
+std::optional<double> looks_within_s(std::uint16_t port) {
+    std::ifstream table("/proc/self/net/tcp");
+    for (std::string line; std::getline(table, line);) {
+        unsigned remote = 0, state = 0, timer = 0;
+        unsigned long ticks = 0;
+        if (std::sscanf(line.c_str(), " %*u: %*8X:%*4X %*8X:%4X %2X %*8X:%*8X %2X:%8lX", &remote,
+                        &state, &timer, &ticks) != 4)
+            continue;
+        if (remote == port && state == 1 && timer == 2) // established, keep-alive
+            return static_cast<double>(ticks) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+    }
+    return std::nullopt;
+}
 
 IgtlBytes transform(const std::string& name, double x_m, IgtlVersion version) {
     IgtlMessage message;
@@ -168,6 +186,16 @@ TEST(IgtlDevice, SaysThatNoServerAnswers) {
     DeviceState state;
     EXPECT_TRUE(device.read(state));
     EXPECT_EQ(state.freshness, Freshness::stale);
+}
+
+TEST(IgtlDevice, NoticesAComputerThatIsGoneWithoutAWord) {
+    Server server;
+    IgtlDevice device({"Tool", "127.0.0.1", server.port()});
+    device.open();
+    server.accept();
+    const std::optional<double> within_s = looks_within_s(server.port());
+    ASSERT_TRUE(within_s);
+    EXPECT_LE(*within_s, 5.0);
 }
 
 } // namespace

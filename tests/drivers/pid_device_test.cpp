@@ -3,8 +3,11 @@
 // two devices whose reports differ in ids, widths and ways of saying things.
 #include <palpate/drivers/pid_device.h>
 
+#include <chrono>
+#include <ctime>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -291,6 +294,49 @@ TEST(PidDevice, ReadingAndWritingMakeNoSystemCall) {
     test::expect_no_system_calls(rig.device);
 }
 #endif
+
+TEST_P(PidSticks, DeclaresWhatItsPositionsAreRoundedToAndItsDelay) {
+    Rig rig(GetParam());
+    rig.device.open();
+    EXPECT_NEAR(rig.device.properties().position_step_m, 0.1 / 65534.0, 1e-12); // -32767 to 32767
+    EXPECT_DOUBLE_EQ(rig.device.properties().delay_s, 4e-3);
+}
+
+// However long a stick that speaks on change alone may be silent.
+TEST_P(PidSticks, Case9UnpluggedItIsStaleUntilItSaysWhereItIs) {
+    Rig rig(GetParam(), 3600.0);
+    rig.run();
+    rig.node.at_rest([&] { rig.stick.axes = {32767, 0}; });
+    ASSERT_TRUE(rig.pushes({}, [&] { return rig.fresh() && rig.state.position.y > 0.0; }));
+    const std::uint32_t trial = rig.state.trial;
+    rig.node.unplug();
+    EXPECT_TRUE(rig.pushes({}, [&] { return !rig.fresh(); }));
+    rig.node.at_rest([&] {
+        rig.stick.silent = true;
+        rig.stick.axes = {-32767, 0};
+    });
+    rig.node.plug_in();
+    ASSERT_TRUE(rig.node.wait_until([&] { return rig.stick.starts == 4; }));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50)); // it is connected by then
+    rig.device.read(rig.state);
+    EXPECT_FALSE(rig.fresh()) << "nobody knows where it is";
+    rig.node.at_rest([&] { rig.stick.silent = false; });
+    EXPECT_TRUE(rig.pushes({}, [&] { return rig.fresh(); }));
+    EXPECT_EQ(rig.state.trial, trial + 1);
+    EXPECT_LT(rig.state.position.y, 0.0);
+}
+
+TEST(PidDevice, TheShortestReconnectLeavesTheProcessorToOthers) {
+    PidSettings settings = Rig::settings(0.2);
+    settings.reconnect_s = 1e-4;
+    Rig rig(test::kBoardLayout, settings);
+    rig.run();
+    rig.node.unplug();
+    ASSERT_TRUE(rig.pushes({}, [&] { return !rig.fresh(); }));
+    const std::clock_t before = std::clock();
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    EXPECT_LT(static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC, 0.35);
+}
 
 } // namespace
 } // namespace palpate

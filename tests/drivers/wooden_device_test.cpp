@@ -332,5 +332,12 @@ TEST(WoodenDevice, SettingsThatCannotBeAreRefused) {
     }
 }
 
+TEST(WoodenDevice, DeclaresWhatItsPositionsAreRoundedToAndItsDelay) {
+    const WoodenDevice device(wooden_model("woodenhaptics_v2015"), patient());
+    // A count of C is the coarsest: 2 pi / 2000 x 0.01 / 0.12 at 245 mm.
+    EXPECT_NEAR(device.properties().position_step_m, 64.14e-6, 1e-8);
+    EXPECT_DOUBLE_EQ(device.properties().delay_s, 2e-3);
+}
+
 } // namespace
 } // namespace palpate

@@ -215,6 +215,26 @@ TEST_P(WoodenLayouts, Case10ServoDoesNotWaitForABoardThatTakesNoForce) {
     EXPECT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
 }
 
+// It was taken to be at home again, wherever the hand held it.
+TEST_P(WoodenLayouts, Case10BoardThatIsOpenedAnewIsWhereItsHandleIs) {
+    Rig rig(GetParam(), watchful());
+    rig.device.open();
+    rig.device.start();
+    rig.board_says([&] { rig.board.counters = {-500, -1000, 0, 0, 0, 0}; });
+    const Vec3 expected(0.076623, 0.029215, 0.198015); // as in PositionFollowsTheCounters
+    ASSERT_TRUE(test::comes_true([&] {
+        return is_fresh(rig.device) && glm::length(state_of(rig.device).position - expected) < 1e-6;
+    }));
+    const std::uint32_t trial = state_of(rig.device).trial;
+    rig.node.set_write_fault(WriteFault::fails);
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses > 0; }));
+    rig.node.set_write_fault(WriteFault::none);
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().connections > 1; }));
+    ASSERT_TRUE(test::comes_true(
+        [&] { return is_fresh(rig.device) && state_of(rig.device).trial > trial; }));
+    EXPECT_LT(glm::length(state_of(rig.device).position - expected), 1e-6);
+}
+
 TEST_P(WoodenLayouts, Case10BoardThatRefusesForcesIsOpenedAnew) {
     for (const WriteFault fault : {WriteFault::fails, WriteFault::is_cut}) {
         Rig rig(GetParam(), watchful());

@@ -354,6 +354,27 @@ TEST(ClosedLoop, AnExceptionLeavesAStoppedDeviceWithoutForce) {
     EXPECT_EQ(device.calls, (std::vector<std::string>{"open", "start", "stop", "close"}));
 }
 
+// A device's time in several frames was taken for the frame's.
+TEST(ClosedLoop, WhatASlowerDeviceSaidCanBePlayedAtTheLoopsRate) {
+    test::TemporaryFolder folder;
+    for (const double device_hz : {45.0, 125.0, 600.0, 800.0, 900.0}) {
+        test::ScriptedDevice device;
+        device.on_read = [&](std::size_t read, DeviceState& state) {
+            come_down(read, state);
+            state.time_s = std::floor(1e-3 * static_cast<double>(read) * device_hz) / device_hz;
+        };
+        test::ScriptedClock clock;
+        const auto scene = scene_of();
+        const Trace first = run_trace(scene, {device, {}}, clock, 400);
+        const std::string name = fmt::format("r{:g}.h5", device_hz);
+        write_recording(folder / name, recorded(*scene, {}, first));
+        const auto again =
+            scene_of(fmt::format("[device]\ntype = \"recording\"\nfile = \"{}\"\n", name),
+                     folder / "scene.toml");
+        EXPECT_NO_THROW(EXPECT_EQ(make_device(*again).states, 400u)) << device_hz;
+    }
+}
+
 TEST(ClosedLoop, WhatAHandDidCanBePlayedAgain) {
     test::TemporaryFolder folder;
     test::ScriptedDevice device;
