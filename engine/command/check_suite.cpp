@@ -17,6 +17,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/auxv.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -110,9 +111,14 @@ public:
             return fail(fmt::format("does not return within {:.3g} s; let no call wait without an "
                                     "end",
                                     limit_s));
+        // One that has closed the pipe may live on: it would be waited for without an end.
+        ::kill(-process_, SIGKILL);
         int status = 0;
         ::waitpid(process_, &status, 0);
         is_waited_for_ = true;
+        if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL)
+            return fail("closes files that are not its own, or is killed; close only what it has "
+                        "opened");
         if (WIFSIGNALED(status))
             return fail(fmt::format("crashes: {}; run it in a debugger: gdb --args palpate "
                                     "validate {}",
@@ -268,6 +274,9 @@ int run_checks(const CheckSuite& suite, const CheckChoice& choice) {
 void begin_with_call_watch() {
     const std::string library = call_watch();
     if (library.empty() || can_watch()) return;
+    // To a program with capabilities, as of setcap, the loader gives no LD_PRELOAD: it would begin
+    // anew for ever.
+    if (::getauxval(AT_SECURE) != 0) return;
     const char* preloaded = std::getenv("LD_PRELOAD");
     if (preloaded != nullptr && std::string_view(preloaded) == library) return; // it did not help
     std::ifstream file("/proc/self/cmdline", std::ios::binary);

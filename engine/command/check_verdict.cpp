@@ -56,8 +56,9 @@ Verdict verdict_of_exception() {
 
 bool can_watch() { return watch().begin != nullptr; }
 Verdict unwatched() {
-    return skip("calls cannot be counted here: palpate_call_watch.so is not beside the command, or "
-                "a sanitizer is in it");
+    return skip("calls cannot be counted here: palpate_call_watch.so is not beside the command, a "
+                "sanitizer is in it, or setcap gave it capabilities, with which nothing is "
+                "preloaded; a copy beside it has none");
 }
 void begin_watch() {
     if (can_watch()) watch().begin();

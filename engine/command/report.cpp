@@ -317,8 +317,9 @@ void add_report(CLI::App& app, Action& run) {
         run = [options] {
             if (options->interactive) return play(*options);
             if (options->out.empty()) options->out = "report.html";
-            for (std::string& folder : options->folders)
-                folder = folder_of(folder);
+            for (std::vector<std::string>* const given : {&options->folders, &options->played})
+                for (std::string& folder : *given)
+                    folder = folder_of(folder);
             return report(*options);
         };
     });

@@ -14,6 +14,7 @@
 
 #include <palpate/engine/command/command.h>
 #include <palpate/engine/devices/device_factory.h>
+#include <palpate/engine/devices/hid_device.h>
 #include <palpate/engine/loop/scene_warnings.h>
 #include <palpate/engine/record/recording.h>
 #include <palpate/engine/record/recording_journal.h>
@@ -25,11 +26,10 @@ namespace {
 
 /// Whether a device that says nothing is at fault. A tool that another program tracks may rest, and
 /// a stick may speak only when it moves.
-bool speaks_always(const DeviceDescription& device) {
+bool speaks_always(DeviceDescription::Kind kind, const HapticDevice& device) {
     using Kind = DeviceDescription::Kind;
-    const bool has_model = device.address.find(':') != std::string::npos; // a board: hid:NAME:MODEL
-    return device.kind == Kind::plugin || device.kind == Kind::inverse3 ||
-           (device.kind == Kind::hid && (has_model || device.address == "spacemouse"));
+    return kind == Kind::plugin || kind == Kind::inverse3 ||
+           (kind == Kind::hid && !may_rest(device));
 }
 
 /// A run in real time into a folder that has a recording, killed.
@@ -88,7 +88,7 @@ bool is_attached(const DeviceDescription& device) noexcept {
 }
 
 LostDevice::LostDevice(const SceneDescription& scene)
-    : speaks_always_(speaks_always(scene.device)), rate_hz_(scene.loop.rate_hz) {}
+    : kind_(scene.device.kind), rate_hz_(scene.loop.rate_hz) {}
 
 void LostDevice::add(const RunFrame& run) {
     if (run.silence == Silence::none)
@@ -100,11 +100,12 @@ void LostDevice::add(const RunFrame& run) {
 std::string LostDevice::in_words(const std::string& name, const HapticDevice& device) const {
     constexpr double kLost_s = 1.0; // what only stumbles is back by then
     const double silent_s = static_cast<double>(frames_) / rate_hz_;
-    if (silent_s < kLost_s || !(speaks_always_ || has_failed(device))) return {};
+    const bool always = speaks_always(kind_, device);
+    if (silent_s < kLost_s || !(always || has_failed(device))) return {};
     return fmt::format("{}: gave no state in the last {:.1f} s of the run, and has failed; look at "
                        "{}, and run again",
                        name, silent_s,
-                       speaks_always_ ? "its power and its cable" : "the program that sends it");
+                       always ? "its power and its cable" : "the program that sends it");
 }
 
 void add_listen(CLI::App& command, ListenOptions& options, const std::string& what) {

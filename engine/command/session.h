@@ -41,7 +41,7 @@ public:
     std::string in_words(const std::string& name, const HapticDevice& device) const;
 
 private:
-    bool speaks_always_;
+    DeviceDescription::Kind kind_;
     double rate_hz_;
     std::uint64_t frames_ = 0; ///< without a state, up to the last one
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -89,9 +90,11 @@ std::vector<std::size_t> wanted_frames(const PictureOptions& options, const Reco
     const double begin = frames.front().time_s, end = frames.back().time_s;
     const double from = options.from_s.value_or(begin), to = options.to_s.value_or(end);
     if (from < begin || to < from || to > end)
-        throw UsageError(fmt::format("--from {:.6g} --to {:.6g}: the recording goes from {:.6g} to "
-                                     "{:.6g} s; name a part of that",
-                                     from, to, begin, end));
+        // With all digits: what is told is taken where it is given back.
+        throw UsageError(
+            fmt::format("--from {} --to {}: the recording goes from {} to {} s; name a "
+                        "part of that",
+                        from, to, begin, end));
     const bool is_film = !options.film.empty();
     const double step = is_film
                             ? options.speed.value_or(1.0) / options.rate_hz.value_or(kUsualRate_hz)
@@ -187,10 +190,11 @@ void add_pictures(CLI::App& command, PictureOptions& options) {
         command.add_option("--film", options.film, "of a recording: a film (MP4) of it, likewise");
     png->excludes(film);
     constexpr double most_s = 1e6;
+    constexpr double any_s = std::numeric_limits<double>::max(); // a device's clock may be any
     command.add_option("--from", options.from_s, "pictures: from this time of the recording, s")
-        ->check(between(-most_s, most_s));
+        ->check(between(-any_s, any_s));
     command.add_option("--to", options.to_s, "pictures: up to this time of the recording, s")
-        ->check(between(-most_s, most_s));
+        ->check(between(-any_s, any_s));
     command.add_option("--every", options.every_s, "--png: s between pictures (default: 1)")
         ->check(between(1e-4, most_s));
     command.add_option("--fps", options.rate_hz, "--film: pictures a second (default: 30)")

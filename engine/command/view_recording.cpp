@@ -104,8 +104,9 @@ Recording read_shown(const std::filesystem::path& file, const std::optional<std:
         throw UsageError(fmt::format("--hand {}: {} has the hands {}; name one of them", *hand,
                                      file.string(), hands_in_words(names)));
     if (!hand && names.size() > 1)
-        tell("palpate: note: this is of hand {} of {}; --hand NAME takes another\n", *shown,
-             hands_in_words(names));
+        tell("palpate: note: this is of hand {} of {}; --hand NAME of palpate view and palpate "
+             "export takes another\n",
+             *shown, hands_in_words(names)); // report --interactive has no such option
     Recording recording = std::move(hands[static_cast<std::size_t>(shown - names.begin())]);
     if (recording.frames.empty())
         throw std::runtime_error(file.string() + ": has no frames to play; record a longer run");

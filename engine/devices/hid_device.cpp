@@ -46,4 +46,8 @@ std::unique_ptr<HapticDevice> make_hid_device(const std::string& address,
     return std::make_unique<PidDevice>(settings);
 }
 
+bool may_rest(const HapticDevice& device) noexcept {
+    return dynamic_cast<const PidDevice*>(&device) != nullptr;
+}
+
 } // namespace palpate

@@ -22,4 +22,7 @@ namespace palpate {
 std::unique_ptr<HapticDevice> make_hid_device(const std::string& address,
                                               const std::vector<AttachedDevice>& attached);
 
+/// Whether such a device may say nothing and be sound: a stick may, while it rests.      [setup]
+bool may_rest(const HapticDevice& device) noexcept;
+
 } // namespace palpate

@@ -116,8 +116,8 @@ void ResultCache::keep(const std::string& name,
     std::error_code ignored;
     std::filesystem::remove(unfinished, ignored);
     warn_once(fmt::format("{}: the cache cannot be written ({}): what takes long is computed anew "
-                          "each time; make the folder writable, or name another one with "
-                          "PALPATE_CACHE",
+                          "each time; make the folder writable, or name another one (of the "
+                          "command: PALPATE_CACHE)",
                           folder_.string(), reason));
 }
 

@@ -86,10 +86,11 @@ struct ExplorePreview::Source {
         reader.emplace(scene);
     }
     SurfaceDescription& surface() { return scene.surfaces.at(kName); }
-    /// Whether a voxel has that value or more.
-    bool reaches(double level) const {
+    /// Whether a surface is there: one voxel has that value or more, and another one less.
+    bool passes(double level) const {
         const auto& values = scene.volumes.at("volume").voxels->values;
-        return std::ranges::any_of(values, [&](float value) { return value >= level; });
+        return std::ranges::any_of(values, [&](float value) { return value >= level; }) &&
+               std::ranges::any_of(values, [&](float value) { return value < level; });
     }
     TriangleMesh preview(const Progress& progress) {
         const BakedSurface baked = bake_surface(scene, kName, *reader, ResultCache(), progress);
@@ -133,7 +134,7 @@ ExplorePreview::ExplorePreview(DataFile data) {
 TriangleMesh ExplorePreview::isosurface(double level, std::size_t most_voxels,
                                         const Progress& progress) {
     // Means of blocks may not reach what single voxels do.
-    const bool is_soon = most_voxels <= kSoonVoxels && soon_->reaches(level);
+    const bool is_soon = most_voxels <= kSoonVoxels && soon_->passes(level);
     Source& source = is_soon ? *soon_ : *fine_;
     source.surface().iso_value = level;
     return source.preview(progress);

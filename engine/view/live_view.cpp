@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <variant>
 
@@ -104,7 +105,7 @@ private:
     void leave_surface();
     double left_s() const;
     bool keep_marks();
-    void write(const Trace& trace);
+    void write(const Trace& trace, RecordingJournal& journal);
     LiveReply answer(const ViewCommand& command);
     LiveReply obey(const Probe& probe);
     LiveReply obey(const EffectGain& gain);
@@ -169,7 +170,7 @@ void LiveView::View::run(const RunWatch& watch) {
         const bool is_recording = wants_recording_ && begin(journal);
         ended_by_wish_ = false;
         const Trace trace = run_once(watch, is_recording ? &*journal : nullptr);
-        if (is_recording) write(trace);
+        if (is_recording) write(trace, *journal);
         if (!ended_by_wish_ || !(left_s() > 0.0)) return;
     }
 }
@@ -266,7 +267,7 @@ bool LiveView::View::keep_marks() {
 }
 
 /// What cannot be written stays in the journal, and the view goes on.
-void LiveView::View::write(const Trace& trace) {
+void LiveView::View::write(const Trace& trace, RecordingJournal& journal) {
     {
         const std::lock_guard lock(mutex_);
         is_recording_ = false;
@@ -281,9 +282,14 @@ void LiveView::View::write(const Trace& trace) {
                          marks_kept_),
              false);
     } catch (const std::runtime_error& error) {
-        tell(fmt::format("{}; what was recorded is in {}", error.what(),
-                         RecordingJournal::file_of(file_).string()),
-             true);
+        // The journal may have met the same full disk.
+        const std::filesystem::path kept = RecordingJournal::file_of(file_);
+        std::error_code ignored;
+        const bool is_there = std::filesystem::exists(kept, ignored);
+        const char* const what = !is_there            ? "nothing of it is kept, also not in"
+                                 : journal.add(trace) ? "what was recorded is in"
+                                                      : "only its beginning is kept, in";
+        tell(fmt::format("{}; {} {}", error.what(), what, kept.string()), true);
     }
 }
 

@@ -38,7 +38,7 @@ struct Record {
 };
 /// A named place where the proxy is.
 struct Mark {
-    std::string name; ///< may be empty; at most 200 bytes
+    std::string name; ///< may be empty; at most 240 bytes
 };
 /// A finer mesh of a structure.
 struct Level {

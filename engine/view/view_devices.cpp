@@ -94,6 +94,7 @@ void SteeredDevice::close() noexcept {
 }
 
 void SteeredDevice::write(const Vec3& force) noexcept {
+    is_taken_ = true;
     if (device_ != nullptr) device_->write(force);
 }
 
@@ -115,6 +116,9 @@ bool SteeredDevice::read(DeviceState& state) noexcept {
 }
 
 bool SteeredDevice::is_pressed() noexcept {
+    // A loop that is late reads several states, and takes the last one alone.
+    if (!is_taken_) return is_down_;
+    const bool was_down = is_down_;
     const std::uint32_t presses = presses_.load(std::memory_order_acquire);
     if (is_down_) {
         is_down_ = presses == seen_presses_ && pressed_.load(std::memory_order_relaxed);
@@ -122,6 +126,7 @@ bool SteeredDevice::is_pressed() noexcept {
         ++seen_presses_;
         is_down_ = true;
     }
+    is_taken_ = is_down_ == was_down;
     return is_down_;
 }
 

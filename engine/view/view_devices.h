@@ -118,6 +118,7 @@ private:
     std::uint32_t seen_restarts_ = 0;
     std::uint32_t seen_presses_ = 0;
     bool is_down_ = false; ///< in the last state
+    bool is_taken_ = true; ///< a frame has had the button as it is
     DeviceState last_;
     bool has_last_ = false;
     std::atomic<bool> frozen_{false};

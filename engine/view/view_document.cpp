@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -161,6 +162,16 @@ LabelSlices labels_of(const std::string& name, const LabelVolume& volume,
     return slices;
 }
 
+/// A volume that nothing feels, where slices can show it. Vectors, segments or a damaged file stop
+/// no page: the scene does not need them.
+void show_if_it_can_be(const std::string& name, VolumeReader& reader, ViewDocument& document) {
+    try {
+        document.volumes.push_back(slice_voxels(name, reader.volume(name)));
+    } catch (const std::runtime_error&) {
+        return;
+    }
+}
+
 std::string subject_of(const EffectDescription& effect) {
     if (!surface_of(effect).empty()) return surface_of(effect);
     return volume_of(effect).empty() ? std::string(name(effect)) : volume_of(effect);
@@ -206,8 +217,10 @@ ViewDocument view_document(const Scene& scene, ViewMode mode) {
     VolumeReader reader(description);
     document.structures = structures_of(scene, reader);
     for (const auto& [name, volume] : description.volumes) {
-        if (has_voxels(volume) && (is_scalar(scene, name) || is_only_seen(description, name)))
+        if (has_voxels(volume) && is_scalar(scene, name))
             document.volumes.push_back(slice_voxels(name, reader.volume(name)));
+        else if (has_voxels(volume) && is_only_seen(description, name))
+            show_if_it_can_be(name, reader, document);
         if (has_labels(scene, name))
             document.labels.push_back(
                 labels_of(name, reader.labels(name), description, document.structures));

@@ -68,8 +68,12 @@ std::vector<ViewMark> read_marks(const std::filesystem::path& file) {
     std::vector<ViewMark> marks;
     try {
         const auto document = nlohmann::json::parse(read_text_file(file, "marks (JSON)"));
-        for (const auto& markup : document.at("markups"))
+        for (const auto& markup : document.at("markups")) {
+            // Slicer keeps the axes of a file that it has read.
+            const bool is_ras = markup.value("coordinateSystem", "LPS") == "RAS";
             for (const auto& point : markup.at("controlPoints")) {
+                // One that was begun in Slicer, and not placed, has no position.
+                if (point.value("positionStatus", "defined") != "defined") continue;
                 ViewMark mark;
                 mark.name = point.value("label", "");
                 for (int axis = 0; axis < 3; ++axis)
@@ -82,8 +86,10 @@ std::vector<ViewMark> read_marks(const std::filesystem::path& file) {
                         mark.time_s = at->get<double>();
                     mark.felt = more.value("felt", "");
                 }
+                if (is_ras) mark.at *= Vec3(-1.0, -1.0, 1.0);
                 marks.push_back(mark);
             }
+        }
     } catch (const nlohmann::json::exception&) {
         throw std::runtime_error(file.string() +
                                  ": is no file of marks; bring it back, or take it away");

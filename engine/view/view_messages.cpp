@@ -383,7 +383,17 @@ std::string scene_message(const ViewDocument& document, const ViewDetail& detail
     said["marks"] = internal::marks_for_page(document.marks);
     if (!document.sub_steps.empty()) said["details"] = sub_steps_of(document);
     if (document.choice) said["choice"] = choice_of(*document.choice);
-    if (frames != nullptr) said["frames"] = add_frames(container, *frames);
+    if (frames != nullptr) {
+        said["frames"] = add_frames(container, *frames);
+        // A recorder that could not keep up has left some out: their numbers are no row.
+        const auto& all = frames->frames;
+        if (!all.empty() && all.back().frame - all.front().frame + 1 != all.size()) {
+            const std::string numbers = add_column<std::uint32_t, 1>(
+                container, "number", *frames,
+                [](const FrameReport& frame) { return std::array{frame.frame}; });
+            said["frames"]["columns"]["number"] = numbers;
+        }
+    }
     return container.bytes();
 }
 

@@ -214,5 +214,14 @@ TEST_F(HandsCommand, APageSaysWhichHandItPlays) {
                    "has the hands left, right; name one of them");
 }
 
+// It had no such option.
+TEST_F(HandsCommand, AnInteractiveReportSaysWhichCommandTakesAnotherHand) {
+    ASSERT_EQ(run({"trace", "two.toml", "--out", "two"}).exit, 0);
+    const test::CommandResult page = run({"report", "two", "--interactive", "-o", "p.html"});
+    if (page.err.find("no page in it") != std::string::npos) GTEST_SKIP() << page.err;
+    EXPECT_THAT(page.err,
+                HasSubstr("--hand NAME of palpate view and palpate export takes another"));
+}
+
 } // namespace
 } // namespace palpate

@@ -2,6 +2,7 @@
 // What only the command says: names that do not exist, options without effect, paths that miss.
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -238,6 +239,30 @@ TEST_F(CommandMessages, ADeepKeyIsBadInputAndNoCrash) {
     const test::CommandResult result = run({"explain", "deep.toml"});
     EXPECT_EQ(result.exit, 3) << result.signal;
     EXPECT_THAT(result.err, HasSubstr("deep.toml:2: a key of more than 16 parts"));
+}
+
+// The times that a message told were refused, and so were those of a clock that began long ago.
+TEST_F(CommandMessages, TheTimesThatARecordingIsSaidToHaveAreTaken) {
+    make("thirds.toml", test::ball_scene() + "[loop]\nrate_hz = 300\n");
+    std::string path = "t_s,x_m,y_m,z_m\n";
+    for (int i = 0; i < 201; ++i)
+        path += fmt::format("{:.17g},0.022,0,0\n", i / 300.0);
+    make("probe.csv", path);
+    ASSERT_EQ(run({"trace", "thirds.toml", "--out", "t"}).exit, 0);
+    const test::CommandResult beyond = run({"view", "t", "--png", "p", "--to", "1"});
+    EXPECT_EQ(beyond.exit, 2) << beyond.err;
+    const std::string words = "the recording goes from 0 to ";
+    const std::size_t at = beyond.err.find(words);
+    ASSERT_NE(at, std::string::npos) << beyond.err;
+    const std::size_t begin = at + words.size();
+    const std::string end = beyond.err.substr(begin, beyond.err.find(" s;", begin) - begin);
+    ::setenv("PALPATE_BROWSER", "/nonexistent/browser", 1);
+    const test::CommandResult taken = run({"view", "t", "--png", "p", "--to", end});
+    ::unsetenv("PALPATE_BROWSER");
+    EXPECT_EQ(taken.exit, 3) << taken.err;
+    EXPECT_THAT(taken.err, HasSubstr("/nonexistent/browser: is no program"));
+    EXPECT_EQ(run({"view", "none.h5", "--png", "p", "--from", "2000000"}).exit, 3)
+        << "the file is missing; the time is none of the parser's business";
 }
 
 } // namespace

@@ -280,5 +280,15 @@ TEST_F(CommandOutputs, AReaderThatGoesAwayEndsNoRun) {
     EXPECT_FALSE(std::filesystem::exists(*this / "r/recording.h5.part"));
 }
 
+// It was none of the folders, though it was named as one of them.
+TEST_F(CommandOutputs, ARunIsPlayedByTheNameOfItsRecordingToo) {
+    ASSERT_EQ(run({"trace", "ball.toml", "--out", "t"}).exit, 0);
+    const test::CommandResult result =
+        run({"report", "t/recording.h5", "-o", "r.html", "--playback", "t/recording.h5"});
+    if (result.err.find("no page in it") != std::string::npos) GTEST_SKIP() << result.err;
+    EXPECT_EQ(result.exit, 0) << result.err;
+    EXPECT_TRUE(std::filesystem::exists(*this / "r-t.html"));
+}
+
 } // namespace
 } // namespace palpate

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // `palpate validate driver` finds each fault of plugins/seeded_device.c by the check that is meant,
 // and nothing in a plug-in without one.
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <sys/wait.h>
@@ -307,6 +310,42 @@ TEST_F(ValidateCommand, PluginsAreListedWhereTheyAreNamed) {
     EXPECT_NE(listed.out.find("seeded_device.so  seeded 1.0: plug-in  plugin:"), std::string::npos)
         << listed.out;
     EXPECT_NE(listed.out.find("none.so: there is no such file"), std::string::npos) << listed.out;
+}
+
+// It closed what its check speaks through, and was waited for without an end.
+TEST_F(ValidateCommand, ADriverThatClosesAllFilesAndHangsIsEnded) {
+    const pid_t child =
+        start({"validate", "driver", kFolder + "/seeded_device.so?defect=CLOSES_FILES", "--only",
+               "open", "--limit-s", "5"});
+    siginfo_t ended{};
+    for (int i = 0; i < 300 && ended.si_pid == 0; ++i) {
+        ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT),
+                  0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    EXPECT_EQ(ended.si_pid, child) << "it hangs";
+    if (ended.si_pid == 0) ::kill(child, SIGKILL);
+    const test::CommandResult result = end(child);
+    EXPECT_EQ(result.exit, 1);
+    EXPECT_NE(result.out.find("FAIL  open"), std::string::npos) << result.out;
+}
+
+// docs/realtime.md gives the command its rights by setcap. The loader then takes LD_PRELOAD away,
+// and the command began anew for ever.
+TEST_F(ValidateCommand, ACommandWithCapabilitiesEndsAndSaysThatItCannotCount) {
+    const std::string nobody = "setpriv --reuid 65534 --regid 65534 --clear-groups ";
+    const std::string there = "cd '" + folder().string() + "' && ";
+    const std::string build = std::filesystem::path(PALPATE_COMMAND).parent_path().string();
+    const std::string made = there + "chmod 755 . && cp '" + PALPATE_COMMAND + "' palpate && cp '" +
+                             build +
+                             "/palpate_call_watch.so' . && setcap cap_sys_nice+ep palpate && " +
+                             nobody + "./palpate --version >version.txt 2>&1";
+    if (::geteuid() != 0 || std::system(made.c_str()) != 0)
+        GTEST_SKIP() << "needs root, setcap, setpriv, and a build that everybody may read";
+    const std::string checked = there + "timeout 60 " + nobody +
+                                "./palpate validate driver hand --only allocation >said.txt 2>&1";
+    EXPECT_EQ(std::system(checked.c_str()), 0) << test::content_of(*this / "said.txt");
+    EXPECT_NE(test::content_of(*this / "said.txt").find("SKIP  allocation"), std::string::npos);
 }
 
 } // namespace

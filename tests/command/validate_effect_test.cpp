@@ -235,5 +235,13 @@ TEST_F(ValidateEffect, WhatIsAskedWronglyIsSaid) {
     EXPECT_NE(folder.out.find(": is no file; give the effect's"), std::string::npos) << folder.out;
 }
 
+TEST_F(ValidateEffect, TimeThatTheKernelTellsIsNoFault) {
+    const test::CommandResult result =
+        run_with("TIME_OF_KERNEL", {"validate", "effect", kFolder + "/seeded_effect.so", "--json",
+                                    "--only", "system_calls"});
+    EXPECT_EQ(result.exit, 0) << result.out;
+    EXPECT_EQ(checks(result, "FAIL"), std::vector<std::string>{}) << result.out;
+}
+
 } // namespace
 } // namespace palpate

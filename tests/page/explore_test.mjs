@@ -141,3 +141,28 @@ test('at 390 px nothing is wider than the page', async () => {
   await server.stop();
   assert.ok(!existsSync(join(folder, 'brain-2.toml')));
 });
+
+test('the number beside the slider is the iso-value, also where all values are far from 0', async () => {
+  const server = await explore('phantom.nrrd');
+  const page = await openPage(server.link);
+  await fine(page);
+  assert.equal(await page.evaluate(() => {
+    const {explore} = window.palpate;
+    explore.askIso = () => {};
+    explore.choice.bounds = [101300, 101350];
+    explore.setIso(101325.37);
+    return document.getElementById('iso-number').value;
+  }), '101325.37');
+  await close(page);
+  await server.stop();
+});
+
+test('a page of data whose command has ended speaks of no force', async () => {
+  const server = await explore('phantom.nrrd');
+  const page = await openPage(server.link);
+  await fine(page);
+  await server.stop();
+  await page.waitForFunction(() => document.getElementById('link').textContent.startsWith('no connection'));
+  assert.doesNotMatch(await page.textContent('#link'), /force/);
+  await page.close(); // the browser itself reports the lost socket as an error
+});

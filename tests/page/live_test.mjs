@@ -286,3 +286,17 @@ test('a loop that is silent is said to be', async () => {
   await silence.waitFor({state: 'hidden'}).finally(() => clearInterval(timer));
   assert.equal(await page.textContent('#link'), 'no such gain');
 });
+
+test('what was touched is kept by a page that was never drawn', async () => {
+  const other = new FakeServer(pageText, {marks: [], details: undefined});
+  const hidden = await openPage(await other.listen(), {script: 'window.requestAnimationFrame = () => 0;'}); // as in the background
+  const has = count => hidden.waitForFunction(n => window.palpate?.frames.count === n, count, {polling: 50});
+  await has(0);
+  other.sendFrames(1400, 50, 0);
+  await has(50);
+  other.sendFrames(1010, 10, 0); // a recording has a clock of its own
+  await has(10);
+  assert.ok(await hidden.evaluate(() => window.palpate.view.surfaces.byId(0).area?.touched_mm2 > 0));
+  await close(hidden);
+  other.close();
+});

@@ -347,6 +347,27 @@ test('the path does not join two trials', async () => {
   await close(trials);
 });
 
+test('a device that reports more slowly than the loop does not shorten what was felt', async () => {
+  const {arrays} = framesOf(0, kFrames); // felt: the second half
+  for (let i = 0; i < kFrames; ++i) arrays.time_s[i] = 0.008 * Math.floor(i / 8);
+  const slow = await openPage(fileOf('slow.html', withData(pageText, sphereScene('playback', {}, arrays))));
+  await ready(slow);
+  const time = await slow.$eval('#felt td[data-of=time]', cell => Number(cell.dataset.value));
+  assert.ok(Math.abs(time - 1) < 1e-9, `${time} s of 1000 frames at 1 kHz`);
+  await close(slow);
+});
+
+test('frames between which some were not recorded have their own numbers', async () => {
+  const {frames, arrays} = framesOf(0, kFrames);
+  arrays.number = Uint32Array.from({length: kFrames}, (_, i) => (i < 1200 ? i : i + 500));
+  const gap = await openPage(fileOf('gap.html', withData(pageText, sphereScene('playback',
+    {details: undefined, frames: {...frames, columns: {...frames.columns, number: 'number'}}}, arrays))));
+  await ready(gap);
+  await gap.evaluate(() => window.palpate.seek(1300));
+  await shown(gap, 1800);
+  await close(gap);
+});
+
 test('frames without a trial, as older commands sent them, are one trial', async () => {
   const {frames} = framesOf(0, kFrames), {trial, ...columns} = frames.columns;
   assert.ok(trial);

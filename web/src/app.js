@@ -110,6 +110,7 @@ export class App {
     if (begun) this.charts.isZoomed = false; // its clock begins anew
     const gone = begun || (this.frames.isFull ? this.frames.count >> 1 : 0);
     if (gone === 0) return;
+    this.isOpen = true; // the first picture may be far off: what goes is measured now
     this.takeIn(); // tables keep what is forgotten; a page in the background draws nothing for minutes
     for (const surface of this.view.surfaces.all) surface.forgetFrames(this.look.paint !== 'none');
     this.frames.forget(gone);

@@ -113,8 +113,10 @@ export class Explore {
   setIso(value) {
     this.iso = value;
     const [low, high] = this.choice.bounds;
+    // Five digits of the range, also where that is far from 0.
+    const digits = Math.min(15, Math.max(5, 5 + Math.ceil(Math.log10(Math.abs(value) / (high - low)))));
     if (document.activeElement !== at('iso')) at('iso').value = String(value);
-    if (document.activeElement !== at('iso-number')) at('iso-number').value = String(Number(value.toPrecision(5)));
+    if (document.activeElement !== at('iso-number')) at('iso-number').value = String(Number(value.toPrecision(digits)));
     const line = at('histogram').querySelector('line');
     const x = String(this.choice.histogram.length * Math.min(1, Math.max(0, (value - low) / (high - low))));
     line.setAttribute('x1', x);

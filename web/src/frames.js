@@ -65,6 +65,8 @@ export class FrameStore {
       const source = frames.columns?.[name];
       if (source !== undefined) arrived[name] = blob(source, count * width, type);
     }
+    const number = frames.columns?.number; // of frames between which some were not recorded
+    const numbers = number === undefined ? undefined : blob(number, count, 'u32');
     this.lost += frames.lost ?? 0;
     this.reserve(this.count + count);
     if (arrived.front_m && !this.isSoft) this.beginSoft();
@@ -78,7 +80,7 @@ export class FrameStore {
         else if (name === 'front_m') to.set(arrived.proxy_m, begin);
         else to.fill(0, begin, begin + count * width);
       }
-    for (let i = 0; i < count; ++i) this.columns.index[this.count + i] = (frames.first ?? 0) + i;
+    for (let i = 0; i < count; ++i) this.columns.index[this.count + i] = numbers ? numbers[i] : (frames.first ?? 0) + i;
     this.count += count;
   }
 
@@ -133,11 +135,15 @@ export class FrameStore {
     return Math.hypot(a[3 * i] - b[3 * i], a[3 * i + 1] - b[3 * i + 1], a[3 * i + 2] - b[3 * i + 2]);
   }
 
-  /** Time that frame i stands for, s: up to the next period where frames before it are missing. */
+  /** Time that frame i stands for, s: a period while the device's own time stands still, and what stood still is not counted
+   *  again; up to the next period where frames before it are missing. */
   duration(i, period_s) {
     if (i === 0) return period_s;
-    const passed = this.columns.time_s[i] - this.columns.time_s[i - 1];
-    return passed > 0 ? Math.min(passed, 2 * period_s) : 0;
+    const {time_s} = this.columns, passed = time_s[i] - time_s[i - 1];
+    if (passed === 0) return period_s;
+    let stood_s = 0;
+    for (let k = i - 1; k > 0 && time_s[k] === time_s[k - 1]; --k) stood_s += period_s;
+    return passed > 0 ? Math.min(Math.max(passed - stood_s, 0), 2 * period_s) : 0;
   }
 
   /** The last frame that is not after this time; 0 before the first. */

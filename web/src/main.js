@@ -53,6 +53,7 @@ function startLive() {
       else throw new DamagedData(`A message has the kind "${json.kind}".`);
     }),
     text: message => app ? app.hear(message) : (element('link').textContent = String(message.say ?? '')),
+    goesOn: () => (app?.scene.choice ? '' : 'A force goes on without this page. '),
     state: (words, isOpen) => {
       element('link').textContent = words;
       app?.setConnected(isOpen);

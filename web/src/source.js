@@ -79,7 +79,7 @@ export class Connection {
     this.socket.onclose = event => {
       const seconds = this.wait / 1000;
       const why = event.reason ? `the command says: ${event.reason}` : 'the command has ended, or cannot be reached';
-      this.listener.state(`no connection: ${why}. A force goes on without this page; next try in ${seconds} s`, false);
+      this.listener.state(`no connection: ${why}. ${this.listener.goesOn?.() ?? ''}Next try in ${seconds} s`, false);
       setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, kLongestWait);
     };

@@ -141,15 +141,12 @@ void LivePage::obey() {
     } catch (const std::exception& error) {
         reply = {error.what(), true};
     }
+    if (reply.later && reply.turn == LiveReply::Turn::one_by_one && work_->is_busy())
+        reply = {"one mesh after the other: wait for the one that is being made", true};
     if (reply.is_error) host_.count_error();
     // What the loop refuses is a page of ours all the same: a slider asks a hundred times.
     if (!is_command && ++errors_ >= kMostErrors) return drop();
-    if (reply.later) {
-        if (work_->is_busy() && reply.turn == LiveReply::Turn::one_by_one)
-            reply.said = "one mesh after the other: wait for the one that is being made";
-        else
-            work_->begin(std::move(reply.later));
-    }
+    if (reply.later) work_->begin(std::move(reply.later));
     if (!reply.said.empty()) say(reply.said, reply.is_error, about);
 }
 

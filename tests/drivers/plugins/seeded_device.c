@@ -28,10 +28,11 @@
     X(CRASH_BEFORE_START)                                                                          \
     X(FORCE_BEFORE_START)                                                                          \
     X(START_FAILS)                                                                                 \
-    X(START_EXITS) X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) \
-        X(SLOW_STATES) X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ)  \
-            X(SLOW_WRITE) X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG)      \
-                X(NAN_FORCE) X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP)         \
+    X(START_EXITS)                                                                                 \
+    X(NO_STATE) X(NAN_POSITION) X(TIME_BACK) X(TIME_MS) X(POSITION_MM) X(SAME_TIME) X(SLOW_STATES) \
+        X(OUTSIDE) X(WRONG_VELOCITY) X(WRONG_BUTTONS) X(ALWAYS_STALE) X(SLOW_READ) X(SLOW_WRITE)   \
+            X(BLOCKS) X(ALLOCATES) X(HOLDS_LOCK) X(REFUSES_FORCE) X(TOO_STRONG) X(NAN_FORCE)       \
+                X(WRONG_SIGN) X(DELAYED) X(HOLDS_FOREVER) X(FORCE_AFTER_STOP)                      \
                     X(SECOND_STOP_CRASHES) X(NO_RESTART) X(TAKES_SIGNALS) X(CRASH_LATE)            \
                         X(CRASH_IN_CLOSE) X(HANG_IN_CLOSE) X(CRASH_UNSTARTED) X(NO_REOPEN)         \
                             X(LEAKS_FILE) X(LEAKS_THREAD) X(LEAKS_MEMORY) X(HANG_IN_READ)          \
@@ -41,7 +42,7 @@
                                             X(HOLDS_RWLOCK) X(DIES_OTHERWISE) X(DIES_SILENT)       \
                                                 X(DIES_FROZEN) X(SLOW_STOP) X(WRONG_VELOCITY_FINE) \
                                                     X(FORCE_AFTER_STOP_NOTHING_NEW)                \
-                                                        X(STOP_FAILS_ONCE)
+                                                        X(STOP_FAILS_ONCE) X(CLOSES_FILES)
 
 #define NAME(name) name,
 enum defect { DEFECTS(NAME) };
@@ -140,6 +141,11 @@ static int plugin_open(const palpate_plugin_options* options, void** opened) {
     if (read_options(options) != PALPATE_PLUGIN_OK) return PALPATE_PLUGIN_FAILED;
     if (HAS(SILENT_OPEN)) return PALPATE_PLUGIN_FAILED;
     if (HAS(OPEN_HANGS)) go_on(NULL);
+    if (HAS(CLOSES_FILES)) { /* whose they may be */
+        for (int file = 3; file < 64; ++file)
+            close(file);
+        go_on(NULL);
+    }
     if (HAS(SECOND_OPEN_CRASHES) && open_count > close_count) abort();
     if (HAS(NO_REOPEN) && close_count > 0) {
         open_reason = "the device is still busy; wait";

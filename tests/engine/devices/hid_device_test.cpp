@@ -51,4 +51,13 @@ TEST(HidDevice, WhatIsMissingOrTooMuchIsSaid) {
     refused("/dev/hidraw9", "none is attached; plug it in");
 }
 
+// A space mouse that was named by its node was lost without a word: exit code 0.
+TEST(HidDevice, AStickAloneMayRestHoweverItIsNamed) {
+    for (const char* address :
+         {"spacemouse", "/dev/hidraw1", "wooden:vintage", "/dev/hidraw3:polhem_v3"})
+        EXPECT_FALSE(may_rest(*make_hid_device(address, kAttached))) << address;
+    for (const char* address : {"forcefeedback", "/dev/hidraw2"})
+        EXPECT_TRUE(may_rest(*make_hid_device(address, kAttached))) << address;
+}
+
 } // namespace

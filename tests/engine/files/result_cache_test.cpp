@@ -67,7 +67,8 @@ TEST_F(KeptFiles, AFolderThatCannotBeWrittenIsSaidOnceAndStopsNothing) {
         EXPECT_FALSE(none.find(name));
     }
     ASSERT_EQ(said_.size(), 1u);
-    EXPECT_NE(said_[0].find("PALPATE_CACHE"), std::string::npos);
+    // C and Python name the folder, and do not read the variable.
+    EXPECT_NE(said_[0].find("name another one (of the command: PALPATE_CACHE)"), std::string::npos);
     const ResultCache nothing;
     nothing.keep("a", [](const std::filesystem::path&) { FAIL(); });
     EXPECT_FALSE(nothing.find("a"));

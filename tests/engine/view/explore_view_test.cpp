@@ -263,5 +263,19 @@ TEST(ExplorePreview, IsCancelledByItsProgress) {
     EXPECT_EQ(calls, 2);
 }
 
+// A pit of -3000 is -750 in the means of blocks that it shares: all of them are above the level.
+TEST(ExplorePreview, WhatMeansOfBlocksAreAllAboveIsDrawnFromTheVoxels) {
+    DataFile data;
+    data.content =
+        test::sampled({130, 130, 130}, {Mat3(kSpacing_m), Vec3(0.0)}, [](const Vec3& at) {
+            const bool is_pit = std::abs(at.x - 0.0655) < 1e-3 && std::abs(at.y - 0.0655) < 1e-3;
+            return is_pit ? -3000.0 : 1e3 * at.z; // from 0 on
+        });
+    ExplorePreview preview(std::move(data));
+    const TriangleMesh pit =
+        preview.isosurface(-800.0, kSoonVoxels, [](double, std::string_view) { return true; });
+    EXPECT_GT(pit.triangles.size(), 100u);
+}
+
 } // namespace
 } // namespace palpate

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
@@ -330,6 +331,31 @@ TEST_F(LiveServerTest, ARunHasTheSameBitsWithPagesAndWithout) {
     ASSERT_EQ(shown.frames.size(), alone.frames.size());
     for (std::size_t i = 0; i < alone.frames.size(); ++i)
         ASSERT_EQ(test::difference(alone.frames[i], shown.frames[i]), "") << "frame " << i;
+}
+
+TEST(LiveServer, ASecondMeshBesideTheOneThatIsMadeIsAnError) {
+    std::promise<void> promise;
+    const std::shared_future<void> may_end = promise.get_future().share();
+    LiveServer server({}, "<html></html>", std::make_shared<const std::string>("s"),
+                      [may_end](const ViewCommand&) {
+                          LiveReply reply;
+                          reply.later = [may_end](const Progress&) {
+                              may_end.wait();
+                              return std::make_shared<const std::string>("mesh");
+                          };
+                          return reply;
+                      });
+    test::LiveClient client(server);
+    ASSERT_TRUE(client.open(server));
+    client.next(); // the scene
+    client.next(); // the state
+    for (int i = 0; i < 2; ++i)
+        client.send(R"({"do": "level", "structure": 0, "facets": 1000})");
+    const std::string said = client.next();
+    EXPECT_THAT(said, HasSubstr("one mesh after the other"));
+    EXPECT_THAT(said, HasSubstr("\"error\""));
+    promise.set_value();
+    EXPECT_EQ(client.next(), "mesh");
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -340,6 +341,15 @@ TEST_F(LiveViewTest, ARefusalSaysWhetherItIsAboutAMesh) {
     EXPECT_TRUE(is_about_a_mesh(R"({"do": "level", "structure": 5, "facets": 1000})"));
     EXPECT_FALSE(
         is_about_a_mesh(R"({"do": "gain", "effect": 900, "part": "strength", "value": 1})"));
+}
+
+TEST_F(LiveViewTest, WhatCouldNotBeKeptIsNotSaidToBe) {
+    client_->send(R"({"do": "record", "on": true})");
+    ASSERT_TRUE(is_told("recording to "));
+    std::filesystem::rename(folder_ / "out", folder_ / "gone"); // and its place is taken
+    std::ofstream(folder_ / "out") << "a file where the folder was\n";
+    client_->send(R"({"do": "record", "on": false})");
+    EXPECT_TRUE(is_told("nothing of it is kept"));
 }
 
 } // namespace

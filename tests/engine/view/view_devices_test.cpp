@@ -163,6 +163,7 @@ TEST(SteeredDevice, EachPressIsSeenHoweverShortItWas) {
     DeviceState state;
     const auto buttons = [&] {
         device.read(state);
+        device.write(Vec3{0.0});
         return state.buttons;
     };
     EXPECT_EQ(buttons(), 0u);
@@ -242,6 +243,19 @@ TEST(SteeredDevice, APagesHandDoesNotGoOnUnseenWhileItIsFrozen) {
         device.read(state);
         EXPECT_EQ(state.position, front);
         EXPECT_EQ(state.trial, 1u);
+    }
+}
+
+TEST(SteeredDevice, APressOutlastsTheStatesThatALateLoopReadsAtOnce) {
+    SteeredDevice device(row(100), 1000.0);
+    device.press(true);
+    device.press(false); // both while the loop stood still
+    for (int frame = 0; frame < 3; ++frame) {
+        DeviceState state;
+        for (int read = 0; read < 5; ++read)
+            device.read(state); // the frame takes the last one
+        device.write(Vec3{0.0});
+        EXPECT_EQ(state.buttons, frame == 0 ? 1u : 0u) << frame;
     }
 }
 

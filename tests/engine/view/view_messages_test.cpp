@@ -240,5 +240,49 @@ TEST(ViewMarks, ComeBackFromTheirFile) {
     EXPECT_FALSE(read_marks(folder / "c.mrk.json")[0].time_s);
 }
 
+TEST(SceneMessage, HasTheNumbersOfFramesBetweenWhichSomeWereNotRecorded) {
+    const ViewDocument document = view_document(*cavity(), ViewMode::playback);
+    std::vector<FrameReport> frames = test::odd_frames(4);
+    const ViewFrames row{frames, 0, 0};
+    const std::string whole = scene_message(document, {}, &row);
+    EXPECT_FALSE(
+        test::ContainerReader(whole).document.at("frames").at("columns").contains("number"));
+    frames[2].frame = 7;
+    frames[3].frame = 8;
+    const ViewFrames gap{frames, 0, 0};
+    const std::string bytes = scene_message(document, {}, &gap);
+    EXPECT_EQ(test::ContainerReader(bytes).column<std::uint32_t>("number", "u32"),
+              (std::vector<std::uint32_t>{0, 1, 7, 8}));
+}
+
+TEST(ViewMarks, ThatSlicerHasSavedAreWhereSlicerHasThem) {
+    test::TemporaryFolder folder;
+    test::make_file(folder / "a.mrk.json",
+                    R"({"markups": [{"coordinateSystem": "RAS", "controlPoints": [
+                    {"label": "here", "position": [1, 2, 3], "positionStatus": "defined"},
+                    {"label": "not yet", "position": "", "positionStatus": "undefined"}]}]})");
+    const std::vector<ViewMark> marks = read_marks(folder / "a.mrk.json");
+    ASSERT_EQ(marks.size(), 1u);
+    EXPECT_LT(glm::length(marks[0].at - Vec3(-1e-3, -2e-3, 3e-3)), 1e-15);
+}
+
+TEST(ViewDocument, WhatNothingFeelsMayBeWhatNoSliceShows) {
+    test::TemporaryFolder folder;
+    test::make_file(folder / "fibres.nrrd",
+                    "NRRD0004\ntype: uint8\ndimension: 4\nspace: left-posterior-superior\n"
+                    "sizes: 3 2 2 2\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n"
+                    "kinds: vector domain domain domain\nspace origin: (0,0,0)\n"
+                    "encoding: raw\n\n" +
+                        std::string(24, 'v'));
+    const Scene scene(
+        parse_scene("[volume.v]\nanalytic = \"sphere_cavity\"\nradius_mm = 40\n[volume.fibres]\n"
+                    "file = \"fibres.nrrd\"\n[surface.wall]\nvolume = \"v\"\n[[effect]]\n"
+                    "type = \"surface\"\nsurface = \"wall\"\n",
+                    folder / "cavity.toml"));
+    const ViewDocument document = view_document(scene, ViewMode::live);
+    EXPECT_EQ(document.structures.size(), 1u);
+    EXPECT_TRUE(document.volumes.empty());
+}
+
 } // namespace
 } // namespace palpate
