@@ -123,7 +123,7 @@ private:
     }
     void see(const RunFrame& run);
     void note_the_air(const Vec3& probe);
-    LiveReply drop(std::string name, const FrameReport& at);
+    LiveReply drop(std::string name, const FrameReport* frame); // null: at the last one
     void use(HapticLoop* loop);
     std::string state() const;
     void tell(const std::string& said, bool is_error) {
@@ -317,7 +317,7 @@ void LiveView::View::see(const RunFrame& run) {
         tell("the device has ended: nothing moves any more", false);
     const std::uint32_t pressed = run.input.buttons & ~std::exchange(buttons_, run.input.buttons);
     if (!settings_.button_marks || (pressed & kMarking) == 0) return;
-    if (const LiveReply reply = drop(fmt::format("button {}", ++presses_), run.frame);
+    if (const LiveReply reply = drop(fmt::format("button {}", ++presses_), &run.frame);
         reply.is_error)
         tell(reply.said, true);
 }
@@ -407,22 +407,18 @@ LiveReply LiveView::View::obey(const Record& record) {
     return {};
 }
 
-LiveReply LiveView::View::obey(const Mark& mark) {
-    FrameReport newest;
-    {
-        const std::lock_guard lock(mutex_);
-        if (!has_last_) return {"nothing is felt yet; mark a place once the loop runs", true};
-        newest = last_;
-    }
-    return drop(mark.name, newest);
-}
+LiveReply LiveView::View::obey(const Mark& mark) { return drop(mark.name, nullptr); }
 
-LiveReply LiveView::View::drop(std::string name, const FrameReport& at) {
-    const ViewMark set{std::move(name), at.proxy, at.time_s,
-                       felt_in_words(at.surfaces_felt, felt_names_)};
+LiveReply LiveView::View::drop(std::string name, const FrameReport* frame) {
+    ViewMark set;
     bool is_kept = false;
     {
+        // One lock: between two, another run could begin, and its file get a place of this one.
         const std::lock_guard lock(mutex_);
+        if (frame == nullptr && !has_last_)
+            return {"nothing is felt yet; mark a place once the loop runs", true};
+        const FrameReport& at = frame != nullptr ? *frame : last_;
+        set = {std::move(name), at.proxy, at.time_s, felt_in_words(at.surfaces_felt, felt_names_)};
         if (marks_.size() >= kMostMarks)
             return {
                 fmt::format("{} marks are enough; begin `palpate view` again for more", kMostMarks),
