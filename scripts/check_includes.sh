@@ -149,7 +149,7 @@ check_includes() {
         rooms_of[2] = "^(" report_rooms ")/"
         rooms_of[3] = "^(" view_rooms ")/"
         never_in_haptics = "^(thread|mutex|shared_mutex|condition_variable|future|iostream|fstream|filesystem|cstdio|stdio\\.h)$"
-        system_header = "^((sys|linux)/)?[a-z0-9_]+\\.h$"  # of the C library, kernel and compiler; libraries are above
+        system_header = "^((sys|linux|netinet)/)?[a-z0-9_]+\\.h$"  # of the C library, kernel and compiler; libraries are above
     }
     FNR == 1 {
         folder = FILENAME

@@ -20,7 +20,7 @@ Standing standing_of(const LoopSurface& surface) noexcept {
     if (state == SurfaceState::inside)
         return surface.began_inside() ? Standing::began_inside : Standing::open;
     if (state == SurfaceState::yielded || surface.yields()) return Standing::yielding;
-    return surface.pushes_back() ? Standing::touched : Standing::out;
+    return surface.is_felt() ? Standing::touched : Standing::out;
 }
 
 } // namespace

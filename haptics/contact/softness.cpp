@@ -158,6 +158,23 @@ PressLaw::Tissue PressLaw::tissue(double indentation_m) const noexcept {
     }
 }
 
+double PressLaw::indentation_m(double force_n) const noexcept {
+    if (is_hard()) return force_n / coupling_ / kStiffest;
+    const double stiffest = kStiffest * coupling_;
+    double indentation_m = 0.0;
+    for (std::size_t i = 0;; ++i) {
+        const Point begin = begin_of(i);
+        const double rise_n = points_[i].force_n - begin.force_n;
+        const double way_m = std::max(points_[i].tissue_m - begin.tissue_m, rise_n / stiffest);
+        const double left_n = force_n - begin.force_n;
+        if (left_n <= rise_n || i + 1 == count_) {
+            if (rise_n > 0.0) return indentation_m + left_n / rise_n * way_m;
+            return left_n > 0.0 ? std::numeric_limits<double>::infinity() : indentation_m;
+        }
+        indentation_m += way_m;
+    }
+}
+
 PressLaw::Balance PressLaw::damped(double press_m, double before_m, double damping,
                                    double period_s) const noexcept {
     const double viscous = damping / period_s;

@@ -83,6 +83,9 @@ public:
     static constexpr double kStiffest = 100.0;
     /// F_t at d in m, >= 0.                                                             [any]
     Tissue tissue(double indentation_m) const noexcept;
+    /// tissue() the other way round: the least d, m, at which the tissue presses with a force in N,
+    /// >= 0; infinite where it never does.                                              [any]
+    double indentation_m(double force_n) const noexcept;
 
     /// What a frame finds.
     struct Balance {

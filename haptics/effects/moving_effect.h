@@ -26,7 +26,7 @@ public:
     void restart(const Vec3& proxy) noexcept override;
     void begin(const FrameContext& frame) noexcept override;
     void gather(const Vec3& proxy, PrimitiveSet& primitives) noexcept override;
-    void solved(const Vec3& end) noexcept override { effect_->solved(map_.point_back(end)); }
+    void solved(const Vec3& end) noexcept override;
     // Not within(): it yields at the longest force, so the proxy may end anywhere.
     void commit(const FrameOutcome& outcome) noexcept override;
     Vec3 device_force_n() const noexcept override {
@@ -53,6 +53,11 @@ private:
     RigidMap map_;        // of the body, in this frame
     Vec3 proxy_{0.0};     // at the end of the last frame, m, body's frame
     double most_n_ = 0.0; // FrameContext::force_limit_n
+
+    // Of one frame, m, body's frame.
+    Vec3 behind_{0.0}; // what the proxy still lacks of where the body has carried it
+    Vec3 at_{0.0};     // where it was at the last evaluation
+    Vec3 end_{0.0};    // and where that one's solution is
 };
 
 } // namespace palpate

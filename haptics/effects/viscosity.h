@@ -29,7 +29,9 @@ public:
 
     void begin(const FrameContext& frame) noexcept override {
         start_ = frame.start;
-        spring_n_per_m_ = damping_.at(frame.start) / frame.period_s;
+        // After silence the way to here took more than a period, and nobody knows how much more.
+        const double damping = damping_.at(frame.start);
+        spring_n_per_m_ = frame.after_silence ? 0.0 : damping / frame.period_s;
     }
     void gather(const Vec3&, PrimitiveSet& primitives) noexcept override {
         if (spring_n_per_m_ > 0.0) primitives.add_spring(start_, spring_n_per_m_);

@@ -30,14 +30,6 @@ void require_can_have_map(const SurfaceFinish& finish, bool moves) {
     if (moves) refuse("moves");
 }
 
-/// How deep the tip is behind the front where the tissue alone presses with a force in N. [any]
-double indentation_m(const PressLaw& tissue, double force_n) {
-    const double alone_m = force_n / tissue.coupling();
-    const double press_m = tissue.press_m(force_n); // with the coupling in series; may be infinite
-    return std::isfinite(press_m) ? std::max(press_m - alone_m, alone_m / PressLaw::kStiffest)
-                                  : press_m;
-}
-
 /// A gain with which a surface has a strength in N, whatever its own.
 Gain holding(double strength_n, Gain gain) {
     gain.force_limit_n = std::numeric_limits<double>::infinity();
@@ -73,7 +65,8 @@ LoopSurface::State LoopSurface::save_state() const {
                 yields_,
                 began_inside_,
                 touched_at_,
-                touched_normal_};
+                touched_normal_,
+                let_go_};
     for (std::size_t part = 0; part < kSurfaceParts; ++part)
         state.gains[part] = gains_[part].save_state();
     return state;
@@ -96,6 +89,7 @@ void LoopSurface::restore_state(const State& state) {
     began_inside_ = state.began_inside;
     touched_at_ = state.touched_at;
     touched_normal_ = state.touched_normal;
+    let_go_ = state.let_go;
 }
 
 bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
@@ -118,6 +112,7 @@ bool LoopSurface::go_on_from(const LoopSurface& before, const Vec3& proxy,
     began_inside_ = before.began_inside_;
     touched_at_ = before.touched_at_;
     touched_normal_ = before.touched_normal_;
+    let_go_ = before.let_go_;
     return before.is_off() ? inside : contact_->state() == SurfaceState::inside && !is_off();
 }
 
@@ -174,7 +169,7 @@ void LoopSurface::set_strength(const FrameContext& frame) noexcept {
         now = holding(hard_n, now);
     } else if (tissue_) {
         const double felt_n = now.strength_n(std::numeric_limits<double>::infinity());
-        now = holding(frame.stiffness * indentation_m(*tissue_, felt_n), now);
+        now = holding(frame.stiffness * tissue_->indentation_m(felt_n), now);
     }
     contact_->set_gain(now);
 }
@@ -295,7 +290,7 @@ void LoopSurface::sink(ContactSet& contacts) const noexcept {
 }
 
 void LoopSurface::take(const ProxySolution& solution) noexcept {
-    pushes_back_ = yields_ = false;
+    pushes_back_ = yields_ = let_go_ = false;
     for (std::size_t c = first_; c < last_; ++c) {
         const MultiplierState state = solution.planes[c].state;
         pushes_back_ = pushes_back_ || state != MultiplierState::released;

@@ -53,6 +53,7 @@ public:
         bool began_inside = false;
         Vec3 touched_at{0.0};
         Vec3 touched_normal{0.0};
+        bool let_go = false;
     };
     State save_state() const; ///< between frames                                         [setup]
     /// Whether it is of the same kind of contact.                                        [any]
@@ -140,7 +141,7 @@ public:
     bool follow_gains(const FrameContext& frame) noexcept;
     /// A frame begins, after the effects: notes whether it pushed; its magnet begins.     [loop]
     void begin(const FrameContext& frame) noexcept {
-        pushed_before_ = pushes_back_;
+        pushed_before_ = is_felt();
         if (!has_magnet_) return;
         FrameContext seen = moving_ ? in_body(frame) : frame;
         seen.gain = gain_value(SurfacePart::magnet);
@@ -157,7 +158,7 @@ public:
     /// take() of that plane; `holds`: its multiplier is above 0.                          [loop]
     void take_face(bool holds) noexcept {
         pushes_back_ = holds;
-        yields_ = false;
+        yields_ = let_go_ = false;
     }
     /// After the frame's first offer(): asks the energy bank how far the proxy may be lifted in
     /// this frame. A longer lift would give the hand more energy than the drift has taken. [loop]
@@ -187,6 +188,11 @@ public:
     bool is_touched() const noexcept { return first_ != last_; }
     /// Whether a multiplier of its planes is above 0.                                    [loop]
     bool pushes_back() const noexcept { return pushes_back_; }
+    /// Of one that is_soft(): the tip has left its tissue, which comes back more slowly, in front
+    /// of which the front still is.                                                         [loop]
+    void let_go() noexcept { let_go_ = true; }
+    /// Whether it pushes the tip, too.                                                    [loop]
+    bool is_felt() const noexcept { return pushes_back_ && !let_go_; }
     /// Whether that was so at the end of the frame before, too.                          [loop]
     bool pushed_before() const noexcept { return pushed_before_; }
     /// Where the proxy was in the last frame in which it pushed back, m, and the normal. [loop]
@@ -256,6 +262,7 @@ private:
 
     bool looked_ = false;
     bool pushed_before_ = false; // at the end of the last frame
+    bool let_go_ = false;        // let_go(), in the last evaluation
     bool began_inside_ = false;
     Vec3 touched_at_{0.0};
     Vec3 touched_normal_{0.0};

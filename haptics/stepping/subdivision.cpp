@@ -275,7 +275,7 @@ void Subdivision::solve(const Vec3& proxy) noexcept {
         solution_.proxy = proxy;
         result_.flags |= kForceNotFinite;
     }
-    if (layers_press_) correct_for_layers(proxy);
+    if (needs_.layers) correct_for_layers(proxy);
     for (LoopEffect& effect : effects_)
         effect.solved(solution_.proxy);
     for (LoopSurface& surface : surfaces_)
@@ -290,7 +290,7 @@ void Subdivision::solve(const Vec3& proxy) noexcept {
 void Subdivision::evaluated(const Vec3& proxy, int work_left) noexcept {
     budget_.work_left = work_left;
     ++budget_.evaluations;
-    result_.residual_m = glm::length(solution_.proxy - proxy);
+    result_.residual_m = std::max(glm::length(solution_.proxy - proxy), shortened_m_);
 }
 
 void Subdivision::count_steps_left() noexcept {
@@ -381,10 +381,11 @@ void Subdivision::note_open() noexcept {
 }
 
 SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
+    const Vec3 end = needs_.alone ? tip_of(proxy) : proxy; // says whether the tip is let go
     for (std::size_t i = 0; i < surfaces_.size(); ++i) {
         LoopSurface& surface = surfaces_[i];
-        result_.felt |= bit_of(i, surface.pushes_back());
-        if (surface.pushes_back()) note_touch(surface, proxy);
+        result_.felt |= bit_of(i, surface.is_felt());
+        if (surface.is_felt()) note_touch(surface, proxy);
         surface.commit(proxy, frame_);
         result_.guarded |= bit_of(i, surface.contact().guarded());
     }
@@ -404,8 +405,8 @@ SubdivisionResult Subdivision::commit(const Vec3& proxy) noexcept {
         if (squared_length(solution_.lines[i].force_n) > 0.0) ++result_.contacts;
     for (const TetherOutcome& point : solution_.points)
         if (squared_length(point.force_n) > 0.0) ++result_.contacts;
-    if (needs_.alone) return end_frame(tip_of(proxy));
-    return end_frame(proxy);
+    if (needs_.alone && !surfaces_.front().is_felt()) result_.contacts = 0;
+    return end_frame(end);
 }
 
 SubdivisionResult Subdivision::end_frame(const Vec3& proxy) noexcept {

@@ -233,6 +233,7 @@ private:
         double indentation_m = 0.0; // d
         double force_n = 0.0;
         double slope_n_per_m = 0.0; // of the force over d
+        bool at_strength = false;   // it holds with no more, wherever the tip goes
         std::uint32_t flags = 0;    // of the front, in this frame
     };
 
@@ -279,6 +280,7 @@ private:
     double unspent_m() const noexcept;
     void press_layers(const Vec3& tip) noexcept;
     void correct_for_layers(const Vec3& tip) noexcept;
+    double share_to_balance(const Vec3& full, const Vec3& step) const noexcept;
     void press(Layer& layer, const Vec3& tip) noexcept;
     Mat3 turning_of(const Layer& layer) const noexcept;
     void commit_layers(const Vec3& tip) noexcept;
@@ -361,9 +363,10 @@ private:
     std::vector<Layer> layers_;
     std::vector<std::unique_ptr<SurfaceContact>> stand_ins_; // for the contacts of layers
     bool layers_press_ = false;                              // in this evaluation
-    Mat3 tissue_{0.0};      // by how much their forces fall with the tip's step, N/m
-    Vec3 aside_n_{0.0};     // of the last frame: towards where the surface is softer
-    double softened_ = 1.0; // force of the last frame over that of a hard surface, (0, 1]
+    double shortened_m_ = 0.0; // the tip's step, where the laws of layers shorten it, m; else 0
+    Mat3 tissue_{0.0};         // by how much their forces fall with the tip's step, N/m
+    Vec3 aside_n_{0.0};        // of the last frame: towards where the surface is softer
+    double softened_ = 1.0;    // force of the last frame over that of a hard surface, (0, 1]
 
     Needs needs_;
     int work_of_a_frame_ = 0; // grows with the evaluations of the method

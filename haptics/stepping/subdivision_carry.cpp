@@ -188,6 +188,8 @@ std::optional<Vec3> Subdivision::restored(const Vec3& proxy) noexcept {
     std::optional<Vec3> out_of_one;
     int deep = 0;
     for (LoopSurface& surface : surfaces_) {
+        // The only try goes where the solution leads, if that leaves this surface.
+        if (only_try && !surface.pushes_back()) continue;
         // Where only a part may be restored, the planes' way comes first, if there is another try.
         if (surface.is_rationed() && !path_.stands_still() && !only_try) continue;
         const std::optional<Vec3> nearer = surface.restore(proxy, frame_);
@@ -202,6 +204,7 @@ Vec3 Subdivision::curved_candidate(const Vec3& proxy) noexcept {
     if (primitives_.is_free() && !layers_press_) return solution_.proxy;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
     double damping = stepping_.damp();
+    if (shortened_m_ > 0.0) damping = 1.0; // it ends where the forces along it balance
     if (layers_press_ && budget_.evaluations > kEvaluationsToLengthen)
         damping = std::max(damping, share_on(path_.corners(), solution_.proxy - proxy));
     // A step that is corrected for the surfaces that push may lead into a surface that does not.

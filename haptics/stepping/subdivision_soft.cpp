@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -30,8 +31,23 @@ constexpr double kLeastFollow = 0.5;
 // Flags of a front that a frame has: from any of its evaluations, and from the last.
 constexpr std::uint32_t kOnceInAFrame = kLiveGain | kForceNotFinite;
 constexpr std::uint32_t kAtItsEnd = kEvaluationCap | kStalled | kSolverCap | kCalmed;
+// A front that gives way leaves its tissue the strength, but for rounding.
+constexpr double kRounding = 1e-9;
 // Squared sine of the angle between two planes; below, they are one plane.
 constexpr double kNoEdge = 1e-6;
+// Within one piece of a law the force is off its slope by less than this share, by rounding.
+constexpr double kBent = 1e-9;
+// To where the forces along a step balance, to 1e-12 of its length.
+constexpr int kBalanceHalvings = 40;
+
+/// By how much more a law's force falls than its slope tells, where the tip comes `nearer_m` nearer
+/// to its front, N.
+double bend_n(const PressLaw& law, double indentation_m, double nearer_m) noexcept {
+    const PressLaw::Tissue here = law.tissue(indentation_m);
+    const double there_n = law.tissue(indentation_m - nearer_m).force_n;
+    const double bend = here.force_n - there_n - here.slope_n_per_m * nearer_m;
+    return std::abs(bend) > kBent * std::max(here.force_n, std::abs(there_n)) ? bend : 0.0;
+}
 
 /// Throws std::invalid_argument where the i-th surface, a soft one that is not alone, has what
 /// would have to act on its front.
@@ -80,11 +96,18 @@ Vec3 Subdivision::tip_of(const Vec3& front) noexcept {
     const double press_m = glm::length(behind);
     StiffnessMap::Sample beneath;
     if (surface.has_stiffness_map()) beneath = surface.beneath(front);
-    const LoopSurface::Press press = surface.press(press_m, frame_.period_s, beneath.ratio);
+    // After silence the way to here took more than a period: the tissue's damper says nothing.
+    const double lasts_s =
+        frame_.after_silence ? std::numeric_limits<double>::infinity() : frame_.period_s;
+    const LoopSurface::Press press = surface.press(press_m, lasts_s, beneath.ratio);
     if (!(press_m > Stepping::kNoMovement_m)) return front; // free
     softened_ = press.force_n / (frame_.stiffness * press_m);
-    pressed_.indentation_m = (1.0 - softened_) * press_m;
-    pressed_.slope_n_per_m = press.slope_n_per_m;
+    if (press.force_n > 0.0) {
+        pressed_.indentation_m = (1.0 - softened_) * press_m;
+        pressed_.slope_n_per_m = press.slope_n_per_m;
+    } else {
+        surface.let_go();
+    }
     if (surface.has_stiffness_map() && press.energy_j > 0.0)
         aside_n_ = -press.energy_j * along_front(beneath.gradient, behind / press_m, press_m);
     return drawn_to + softened_ * behind + aside_n_ / frame_.stiffness;
@@ -181,11 +204,52 @@ void Subdivision::press_layers(const Vec3& tip) noexcept {
     }
 }
 
-/// Corrects the step to what the solver found by how these forces fall with it.
+/// Corrects the step to what the solver found by how these forces fall with it, and where their
+/// laws bend on the way.
 void Subdivision::correct_for_layers(const Vec3& tip) noexcept {
+    shortened_m_ = 0.0;
+    const Vec3 full = solution_.proxy - tip;
+    Vec3 step = full;
+    if (layers_press_) {
+        const double stiffness = primitives_.total_stiffness(frame_.stiffness);
+        step = curvature_step(primitives_, contacts_, solution_, tip, stiffness, 1.0,
+                              tissue_ / stiffness);
+        solution_.proxy = tip + step;
+    }
+    const double share = share_to_balance(full, step);
+    if (share == 1.0) return;
+    shortened_m_ = glm::length(step); // what is left may be as long
+    solution_.proxy = tip + share * step;
+}
+
+/// How much of a step to make: all of it, unless the forces along it balance before, as a law has
+/// other slopes on the way. A steep piece may be so short for the tip that steps leap over it, to
+/// and fro. `full`: what the solver asked for. Layers that give way go by their slope.
+double Subdivision::share_to_balance(const Vec3& full, const Vec3& step) const noexcept {
+    const auto bends_j = [&](double share) {
+        double sum_j = 0.0;
+        for (const Layer& layer : layers_) {
+            const bool follows_law = layer.indentation_m > kNoDirection_m && !layer.gave_way &&
+                                     !layer.at_strength &&
+                                     (layer.force_n > 0.0 || layer.softness.damping == 0.0);
+            if (!follows_law) continue;
+            const double along_m = glm::dot(layer.normal, step);
+            sum_j += bend_n(layer.law, layer.indentation_m, share * along_m) * along_m;
+        }
+        return sum_j;
+    };
+    const double bends_at_end_j = bends_j(1.0);
+    if (bends_at_end_j == 0.0) return 1.0;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
-    solution_.proxy = tip + curvature_step(primitives_, contacts_, solution_, tip, stiffness, 1.0,
-                                           tissue_ / stiffness);
+    const double begin_j = -stiffness * glm::dot(step, full);
+    const double rise_j = glm::dot(step, stiffness * step + tissue_ * step);
+    if (!(begin_j < 0.0) || !(begin_j + rise_j + bends_at_end_j > 0.0)) return 1.0;
+    double low = 0.0, high = 1.0;
+    for (int i = 0; i < kBalanceHalvings; ++i) {
+        const double middle = 0.5 * (low + high);
+        (begin_j + middle * rise_j + bends_j(middle) > 0.0 ? high : low) = middle;
+    }
+    return low;
 }
 
 /// Lets a front follow the tip, and finds what presses there.
@@ -212,22 +276,25 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
     if (!(layer.indentation_m > kNoDirection_m)) return;
     layer.normal = way / layer.indentation_m;
     const PressLaw::Tissue tissue = layer.law.tissue(layer.indentation_m);
-    const double viscous = layer.softness.damping / frame_.period_s;
+    const double viscous = frame_.after_silence ? 0.0 : layer.softness.damping / frame_.period_s;
     double force_n = tissue.force_n;
     layer.slope_n_per_m = tissue.slope_n_per_m;
     if (viscous > 0.0 && !layer.gave_way) { // of a front's own way the damper feels nothing
         force_n += viscous * (layer.indentation_m - layer.tissue_m);
         layer.slope_n_per_m += viscous;
-        // However fast it is pressed, it holds no more than its strength: where it would after the
-        // step that this force leads to. Before that step it may be far more.
-        const LoopSurface& front = layer.front->surfaces_.front();
-        const double most_n = front.strength_n(frame_.force_limit_n), k = frame_.stiffness;
-        const double step_m = (force_n / k + glm::dot(frame_.probe - tip, layer.normal)) /
-                              (1.0 + layer.slope_n_per_m / k);
-        if (force_n - layer.slope_n_per_m * step_m > most_n && force_n >= most_n) {
-            force_n = most_n;
-            layer.slope_n_per_m = 0.0;
-        }
+    }
+    // However fast it is pressed, it holds no more than its strength: where it would after the step
+    // that this force leads to, its front gives way, and the force stays. Before that step it may
+    // be far more.
+    const LoopSurface& front = layer.front->surfaces_.front();
+    const double most_n = front.strength_n(frame_.force_limit_n), k = frame_.stiffness;
+    const double step_m = (force_n / k + glm::dot(frame_.probe - tip, layer.normal)) /
+                          (1.0 + layer.slope_n_per_m / k);
+    layer.at_strength =
+        force_n - layer.slope_n_per_m * step_m > most_n && force_n >= (1.0 - kRounding) * most_n;
+    if (layer.at_strength) {
+        force_n = most_n;
+        layer.slope_n_per_m = 0.0;
     }
     if (!(force_n > 0.0)) return; // the tip leaves faster than the tissue comes back
     layer.force_n = force_n;
@@ -284,8 +351,8 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
                          .tissue_m;
         if (!pushes || !(layer.indentation_m > pressed_.indentation_m)) continue;
         const double slope = layer.law.tissue(layer.indentation_m).slope_n_per_m;
-        pressed_ = {layer.indentation_m, 1.0 / (1.0 / slope + 1.0 / frame_.stiffness), layer.y,
-                    static_cast<std::uint32_t>(layer.surface)};
+        const double felt = slope > 0.0 ? 1.0 / (1.0 / slope + 1.0 / frame_.stiffness) : 0.0;
+        pressed_ = {layer.indentation_m, felt, layer.y, static_cast<std::uint32_t>(layer.surface)};
     }
 }
 

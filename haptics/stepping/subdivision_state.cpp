@@ -168,7 +168,7 @@ std::uint32_t Subdivision::go_on_from(const Subdivision& before, const Heritage&
         const std::size_t its = was ? 0 : from;
         layer.y = was ? was->y : is_new ? proxy : front;
         layer.tissue_m = was ? was->tissue_m : is_new ? 0.0 : before.surfaces_[from].tissue_m();
-        layer.pushes = was ? was->pushes : !is_new && before.surfaces_[from].pushes_back();
+        layer.pushes = was ? was->pushes : !is_new && before.surfaces_[from].is_felt();
         if (was || !is_new) {
             layer.touched_at = was ? was->touched_at : before.surfaces_[from].touched_at();
             layer.touched_normal =

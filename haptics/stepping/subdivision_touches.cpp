@@ -34,7 +34,7 @@ void Subdivision::find_touches(TouchList& touches) const noexcept {
         touch.surface = static_cast<std::uint32_t>(i);
         touch.point = surface.touched_at();
         touch.normal = surface.touched_normal();
-        if (!surface.pushes_back()) {
+        if (!surface.is_felt()) {
             touch.phase = Touch::Phase::ended;
             if (surface.pushed_before()) touches.push_back(touch);
             continue;

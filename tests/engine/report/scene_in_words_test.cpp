@@ -14,7 +14,8 @@ using testing::HasSubstr;
 
 TEST(SceneInWords, SaysWhichSurfacesNoVibrationAnswers) {
     SceneDescription many;
-    many.volumes["v"] = {.analytic = "solid_sphere", .parameters = {{"radius_mm", 20.0}}};
+    many.volumes["v"].analytic = "solid_sphere";
+    many.volumes["v"].parameters = {{"radius_mm", 20.0}};
     for (int i = 0; i < 65; ++i) {
         const std::string name = fmt::format("s{:02}", i);
         many.surfaces[name].volume = "v";

@@ -331,5 +331,30 @@ TEST(RigidPose, GoesTheShorterWay) {
     EXPECT_LT(glm::length(map.point_back(map.point(point)) - point), 1e-15);
 }
 
+TEST(MovingContact, WithOneEvaluationAHandThatLeavesWhatYieldedIsNotHeld) {
+    LevelSettings weak;
+    weak.strength_n = 1.0;
+    auto contact = std::make_unique<MovingContact>(std::make_unique<VolumeContact>(
+        std::shared_ptr<const ScalarField>(make_solid_sphere(50e-3)), weak));
+    MovingContact& body = *contact;
+    std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+    surfaces.push_back(std::move(contact));
+    SteppingSettings settings;
+    settings.method = SteppingMethod::single;
+    test::ContactLoop loop(settings, std::move(surfaces));
+    const auto at = [](double depth_m) { return Vec3{50e-3 - depth_m, 0, 0}; };
+    loop.start(at(-1e-3));
+    for (int i = -20; i <= 100; ++i)
+        loop.move(at(5e-5 * i));
+    for (int i = 100; i >= 58; --i)
+        loop.move(at(5e-5 * i));
+    for (int i = 1; i <= 100; ++i) {
+        body.set_pose({Vec3{2e-5 * i, 0, 0}});
+        const Vec3 probe = at(2.9e-3) + Vec3{4e-5 * i, 0, 0};
+        loop.move(probe);
+        EXPECT_LE(500.0 * glm::length(loop.proxy() - probe), 1e-6) << i;
+    }
+}
+
 } // namespace
 } // namespace palpate

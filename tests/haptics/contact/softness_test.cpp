@@ -274,5 +274,14 @@ TEST(PressLaw, ScaledItIsTheSameLawTimesTheRatioAsFarAsTheCouplingLetsIt) {
     EXPECT_GT(capped, 20);
 }
 
+TEST(PressLaw, AnIndentationIsTheTissuesForceTheOtherWayRound) {
+    const PressLaw law(table({{3e-3, 0.3}, {4e-3, 2.0}, {9e-3, 3.0}}), kK);
+    for (int i = 1; i <= 40; ++i) {
+        const double force_n = 0.1 * i;
+        EXPECT_NEAR(law.tissue(law.indentation_m(force_n)).force_n, force_n, 1e-9) << force_n;
+    }
+    EXPECT_TRUE(std::isinf(PressLaw(table({{3e-3, 0.3}, {6e-3, 0.3}}), kK).indentation_m(0.4)));
+}
+
 } // namespace
 } // namespace palpate

@@ -4,11 +4,19 @@
 
 #include <memory>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include <palpate/geometry/rigid_pose.h>
+#include <palpate/haptics/contact/moving_contact.h>
+#include <palpate/haptics/contact/volume_contact.h>
+#include <palpate/haptics/effects/gradient_surface.h>
 #include <palpate/haptics/solver/primitives.h>
+#include <palpate/volume/fields/analytic_fields.h>
+
+#include "tests/support/contact_loop.h"
 
 namespace palpate {
 namespace {
@@ -81,6 +89,32 @@ TEST(MovingEffect, RefusesNoEffect) {
         RigidPose pose_;
     } body;
     EXPECT_THROW(MovingEffect(nullptr, body), std::invalid_argument);
+}
+
+// A wall through the proxy that comes along with its body pushes a hand that is held.
+TEST(MovingEffect, CarriesAProxyThatItHoldsByAPlaneThroughIt) {
+    for (const SteppingMethod method : {SteppingMethod::adaptive, SteppingMethod::fixed}) {
+        const std::shared_ptr<const ScalarField> field = make_solid_sphere(1e-3);
+        auto contact = std::make_unique<MovingContact>(
+            std::make_unique<VolumeContact>(field, LevelSettings{}));
+        MovingContact& body = *contact;
+        std::vector<std::unique_ptr<SurfaceContact>> surfaces;
+        surfaces.push_back(std::move(contact));
+        std::vector<std::unique_ptr<Effect>> effects;
+        effects.push_back(std::make_unique<MovingEffect>(
+            std::make_unique<GradientSurface>(field, TransferFunction::constant(0.5)), body));
+        SteppingSettings settings;
+        settings.method = method;
+        test::ContactLoop loop(settings, std::move(surfaces), std::move(effects));
+        const Vec3 hand{0.06, 0, 0};
+        loop.start(hand);
+        loop.move(hand);
+        for (int frame = 1; frame <= 10; ++frame) {
+            body.set_pose({Vec3{0.05e-3 * frame, 0, 0}});
+            loop.move(hand);
+            EXPECT_NEAR(loop.proxy().x - hand.x, 0.05e-3 * frame, 1e-9) << frame;
+        }
+    }
 }
 
 } // namespace

@@ -284,5 +284,20 @@ TEST(CurvatureStep, ALineThatHoldsIsNotLeftForTheSurfacesCurvature) {
     EXPECT_LE(evaluations, kCases * BallStrokes::kFrames * 1.5);
 }
 
+TEST(Viscosity, HoldsNobodyBackAfterSilence) {
+    Viscosity medium(20.0);
+    FrameContext frame;
+    frame.probe = {0.03, 0, 0};
+    frame.after_silence = true;
+    PrimitiveSet set;
+    medium.begin(frame);
+    medium.gather(frame.start, set);
+    EXPECT_EQ(set.total_stiffness(500.0), 500.0);
+    frame.after_silence = false;
+    medium.begin(frame);
+    medium.gather(frame.start, set);
+    EXPECT_GT(set.total_stiffness(500.0), 500.0);
+}
+
 } // namespace
 } // namespace palpate

@@ -395,5 +395,65 @@ TEST(SoftLayers, FrictionOfBoneGoesByWhatPressesOnBone) {
     }
 }
 
+// A steep piece is so short for the tip that a step from the piece before it leads beyond.
+TEST(SoftLayers, ATableWithASteepPieceBesideAFlatOneIsFeltAsItIsWritten) {
+    const std::vector<std::vector<Softness::Knot>> tables{
+        {{1e-3, 2.0}, {10e-3, 2.0}},
+        {{2e-3, 1.0}, {15e-3, 2.3}},
+        {{3.8e-3, 0.7}, {6.5e-3, 0.7}, {9.7e-3, 2.5}, {13.6e-3, 2.5}},
+        {{2e-3, 0.0}, {5e-3, 2.4}, {9e-3, 2.4}}};
+    for (const std::vector<Softness::Knot>& knots : tables)
+        for (const double step_m : {5e-5, 2e-4}) {
+            const SurfaceFinish skin = soft(knots);
+            const PressLaw law(skin.softness, kK);
+            ContactLoop loop({}, surfaces(ball(20e-3), ball(60e-3)), {}, 0.0, {{}, skin});
+            loop.start({61e-3, 0, 0});
+            for (double depth_m = 0.0; depth_m < 14e-3; depth_m += step_m) {
+                const Vec3 probe{60e-3 - depth_m, 0, 0};
+                loop.move(probe);
+                // What does not give way gives way by a hundredth of the coupling's way.
+                EXPECT_NEAR(force(loop, probe).x, law.force_n(depth_m), 0.03)
+                    << knots[0].force_n << ' ' << step_m << ' ' << depth_m;
+            }
+        }
+}
+
+TEST(SoftLayers, AGainLeavesNoMoreThanItsStrengthHoweverStiffAndFast) {
+    constexpr double kGain = 0.1, kLeft_n = 5.0 * kGain / (1.0 - kGain); // Gain::strength_n
+    for (const double stiffness : {150.0, 400.0, 450.0})
+        for (const double step_m : {0.25e-3, 1e-3}) {
+            ContactLoop loop({}, surfaces(ball(20e-3), ball(60e-3)), {}, 0.0,
+                             {{}, soft(stiffness)});
+            loop.start({61e-3, 0, 0});
+            loop.subdivision().gain(1, SurfacePart::strength).set(kGain);
+            for (int i = 0; i < 60; ++i)
+                loop.move({61e-3, 0, 0});
+            for (double depth_m = 0.0; depth_m < 14e-3; depth_m += step_m) {
+                const Vec3 probe{60e-3 - depth_m, 0, 0};
+                loop.move(probe);
+                EXPECT_LE(force(loop, probe).x, kLeft_n + 1e-3) << stiffness << ' ' << depth_m;
+                if (depth_m < 5e-3) continue;
+                EXPECT_GE(force(loop, probe).x, kLeft_n - 1e-3) << stiffness << ' ' << depth_m;
+            }
+        }
+}
+
+TEST(SoftLayers, AGainLeavesItsStrengthWhereATableIsSteeperThanTheCoupling) {
+    constexpr double kGain = 0.2, kLeft_n = 5.0 * kGain / (1.0 - kGain);
+    const std::vector<Softness::Knot> steep{{3e-3, 0.3}, {4e-3, 2.0}, {9e-3, 3.0}};
+    ContactLoop loop(precise_layers(), surfaces(ball(20e-3), ball(60e-3)), {}, 0.0,
+                     {{}, soft(steep)});
+    loop.start({61e-3, 0, 0});
+    loop.subdivision().gain(1, SurfacePart::strength).set(kGain);
+    for (int i = 0; i < 60; ++i)
+        loop.move({61e-3, 0, 0});
+    for (double depth_m = 0.0; depth_m < 12e-3; depth_m += 0.05e-3) {
+        const Vec3 probe{60e-3 - depth_m, 0, 0};
+        loop.move(probe);
+        if (depth_m < 5.5e-3) continue;
+        EXPECT_NEAR(force(loop, probe).x, kLeft_n, 1e-3) << depth_m;
+    }
+}
+
 } // namespace
 } // namespace palpate

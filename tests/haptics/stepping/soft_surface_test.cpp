@@ -329,5 +329,39 @@ TEST(SoftSurface, ABodyThatMovesPressesAsDeepAsItComes) {
     }
 }
 
+TEST(SoftSurface, AfterSilenceItsDamperSaysNothing) {
+    auto loop = test::on(make_solid_sphere(50e-3), test::soft(100.0, 20.0));
+    loop.start({0, 0, 51e-3});
+    loop.move({0, 0, 51e-3});
+    const Vec3 probe{0, 0, 45e-3};
+    constexpr double kCoupling = test::ContactLoop::kStiffness;
+    const SubdivisionResult result =
+        loop.subdivision().advance({probe, loop.proxy(), kCoupling, 1e-3, 5.0, true});
+    EXPECT_NEAR(kCoupling * (result.proxy.z - probe.z), 100.0 * 5e-3, 1e-9);
+}
+
+TEST(SoftSurface, ATipThatLeavesASlowTissueTouchesNothing) {
+    auto loop = test::on(make_solid_sphere(50e-3), test::soft(200.0, 6.0));
+    loop.start({0, 0, 51e-3});
+    for (int i = -10; i <= 80; ++i)
+        loop.move({0, 0, 50e-3 - 1e-4 * i});
+    int left = 0;
+    for (int i = 80; i > 2; i -= 2) {
+        const Vec3 probe{0, 0, 50e-3 - 1e-4 * i};
+        const SubdivisionResult result = loop.move(probe);
+        const bool presses = test::force(loop, probe).z > 1e-9;
+        EXPECT_EQ(result.felt, presses ? 1u : 0u) << i;
+        EXPECT_EQ(result.contacts, presses ? 1u : 0u) << i;
+        if (presses) continue;
+        ++left;
+        EXPECT_EQ(loop.subdivision().pressed().indentation_m, 0.0) << i;
+        TouchList touches;
+        loop.subdivision().find_touches(touches);
+        for (const Touch& touch : touches)
+            EXPECT_EQ(touch.phase, Touch::Phase::ended) << i;
+    }
+    EXPECT_GT(left, 3);
+}
+
 } // namespace
 } // namespace palpate
