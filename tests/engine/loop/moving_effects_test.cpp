@@ -103,19 +103,22 @@ std::string over(const std::string& type, const std::string& volume, const std::
 
 INSTANTIATE_TEST_SUITE_P(
     OfEachKind, MovingEffects,
-    testing::Values(Case{"gradient_force", "type = \"gradient_force\"\nvolume = \"ball\"\n"
-                                           "strength_n = [[-0.002, 0.1], [0.002, 0.6]]\n"},
-                    Case{"vector_force", over("vector_force", "stream")},
-                    Case{"vector_follow", over("vector_follow", "stream")},
-                    Case{"fibre_follow", over("fibre_follow", "stream", "guide = \"midpoint\"\n")},
-                    Case{"front_shape", over("front_shape", "stream")},
-                    Case{"vortex", over("vortex", "stream")},
-                    Case{"point", "type = \"guide\"\npoints_mm = [[25, 5, 5]]\nstrength_n = 0.5\n"},
-                    Case{"curve",
-                         "type = \"guide\"\nstrength_n = 0.5\n"
-                         "points_mm = [[25, 0, 8], [0, 25, 8], [-25, 3, 5], [0, -25, 8]]\n"},
-                    Case{"viscosity", "type = \"viscosity\"\nvolume = \"ball\"\n"
-                                      "damping_n_s_per_m = [[-0.002, 0], [0.002, 5]]\n"}),
+    testing::Values(
+        Case{"gradient_force", "type = \"gradient_force\"\nvolume = \"ball\"\n"
+                               "strength_n = [[-0.002, 0.1], [0.002, 0.6]]\n"},
+        Case{"gradient_surface", over("gradient_surface", "ball")},
+        Case{"vector_force", over("vector_force", "stream")},
+        Case{"vector_follow_tangent", over("vector_follow", "stream", "guide = \"tangent\"\n")},
+        Case{"fibre_follow_tangent", over("fibre_follow", "stream", "guide = \"tangent\"\n")},
+        Case{"vector_follow", over("vector_follow", "stream")},
+        Case{"fibre_follow", over("fibre_follow", "stream", "guide = \"midpoint\"\n")},
+        Case{"front_shape", over("front_shape", "stream")},
+        Case{"vortex", over("vortex", "stream")},
+        Case{"point", "type = \"guide\"\npoints_mm = [[25, 5, 5]]\nstrength_n = 0.5\n"},
+        Case{"curve", "type = \"guide\"\nstrength_n = 0.5\n"
+                      "points_mm = [[25, 0, 8], [0, 25, 8], [-25, 3, 5], [0, -25, 8]]\n"},
+        Case{"viscosity", "type = \"viscosity\"\nvolume = \"ball\"\n"
+                          "damping_n_s_per_m = [[-0.002, 0], [0.002, 5]]\n"}),
     [](const auto& of) { return std::string(of.param.name); });
 
 TEST(MovingEffectsOfOneSurface, GoAlongWithItByThemselves) {
