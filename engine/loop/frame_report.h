@@ -43,7 +43,8 @@ struct FrameReport {
     double late_us = 0.0;     ///< start of the frame after its deadline; 0 at asap pace
 
     // Of a soft surface (docs/palpation.md), where one is pressed: then the proxy is the tip.
-    double indentation_m = 0.0; ///< how far the tip is behind the surface, m; 0: none is pressed
+    double indentation_m = 0.0; ///< how far the tip is behind the surface, m; 0: none is pressed;
+                                ///< also where the tip has left a tissue that comes back slowly
     double stiffness_n_per_m = 0.0;    ///< that the hand feels there, N/m
     std::uint32_t pressed_surface = 0; ///< Scene::surfaces()[pressed_surface]: of several the one
                                        ///< that is pressed in farthest

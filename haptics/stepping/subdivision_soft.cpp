@@ -102,12 +102,9 @@ Vec3 Subdivision::tip_of(const Vec3& front) noexcept {
     const LoopSurface::Press press = surface.press(press_m, lasts_s, beneath.ratio);
     if (!(press_m > Stepping::kNoMovement_m)) return front; // free
     softened_ = press.force_n / (frame_.stiffness * press_m);
-    if (press.force_n > 0.0) {
-        pressed_.indentation_m = (1.0 - softened_) * press_m;
-        pressed_.slope_n_per_m = press.slope_n_per_m;
-    } else {
-        surface.let_go();
-    }
+    pressed_.indentation_m = (1.0 - softened_) * press_m;
+    pressed_.slope_n_per_m = press.slope_n_per_m;
+    if (!(press.force_n > 0.0)) surface.let_go();
     if (surface.has_stiffness_map() && press.energy_j > 0.0)
         aside_n_ = -press.energy_j * along_front(beneath.gradient, behind / press_m, press_m);
     return drawn_to + softened_ * behind + aside_n_ / frame_.stiffness;

@@ -354,7 +354,7 @@ TEST(SoftSurface, ATipThatLeavesASlowTissueTouchesNothing) {
         EXPECT_EQ(result.contacts, presses ? 1u : 0u) << i;
         if (presses) continue;
         ++left;
-        EXPECT_EQ(loop.subdivision().pressed().indentation_m, 0.0) << i;
+        EXPECT_GT(loop.subdivision().pressed().indentation_m, 0.0) << i << ": in the dent";
         TouchList touches;
         loop.subdivision().find_touches(touches);
         for (const Touch& touch : touches)
