@@ -197,7 +197,8 @@ double wooden_home_force_n(const WoodenModel& model) noexcept {
         for (int k = 0; k < 3; ++k)
             row[k] =
                 wooden_currents_ma(model, pose->jacobian, axes[static_cast<std::size_t>(k)])[i];
-        force = std::min(force, kWoodenCurrentLimitMa / glm::length(row));
+        if (const double length = glm::length(row); length > 0.0)
+            force = std::min(force, kWoodenCurrentLimitMa / length);
     }
     return force;
 }

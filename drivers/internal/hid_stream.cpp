@@ -49,7 +49,12 @@ void HidStream::connect() {
         throw;
     }
     protocol_.forget_force();
-    protocol_.connected(*port);
+    try {
+        protocol_.connected(*port);
+    } catch (const std::exception&) {
+        if (was_let_go_) let_go_ = std::move(port);
+        throw;
+    }
     port_ = std::move(port);
     was_let_go_ = false;
     seen_empty_s_ = hid_time_s();
@@ -83,6 +88,7 @@ void HidStream::close() noexcept {
     stop();
     is_connected_.store(false);
     was_let_go_ = false;
+    let_go_.reset();
     port_.reset();
 }
 
@@ -96,7 +102,7 @@ void HidStream::read_reports() noexcept {
         if (port_ == nullptr)
             try_again();
         else if (refuses_reports_.exchange(false)) {
-            lose();
+            let_go_ = lose();
             was_let_go_ = true;
         } else
             read_batch();
@@ -136,21 +142,31 @@ void HidStream::let_write() noexcept {
     wake_.notify_all();
 }
 
-void HidStream::lose() noexcept {
+std::unique_ptr<HidPort> HidStream::lose() noexcept {
     // The writer's report fails at once where the device is gone; hidapi's handle must not be
     // closed before that.
     const std::lock_guard alone(port_mutex_);
     protocol_.release(*port_);
-    port_.reset();
+    std::unique_ptr<HidPort> lost = std::move(port_);
     refuses_reports_.store(false);
     is_connected_.store(false);
     ++counts_.losses;
+    return lost;
 }
 
 void HidStream::try_again() noexcept {
     // Never without a pause: this thread may come before every ordinary one.
     if (sleep_until_stopped(std::max(settings_.retry, std::chrono::milliseconds(1)))) return;
     const std::lock_guard alone(port_mutex_);
+    if (let_go_ != nullptr) {
+        std::array<std::uint8_t, kLongestHidReport> buffer{};
+        std::size_t size = 0;
+        HidRead read = HidRead::report;
+        for (int i = 0; i < kLongestBatch && read == HidRead::report; ++i)
+            read = let_go_->read(buffer, size, std::chrono::milliseconds(0));
+        if (read == HidRead::gone) was_let_go_ = false; // it may have been without power
+        let_go_.reset();                                // and its lock
+    }
     try {
         connect();
     } catch (const std::exception&) {

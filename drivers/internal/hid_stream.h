@@ -107,7 +107,7 @@ private:
     void write_reports() noexcept;
     void connect();
     void try_again() noexcept;
-    void lose() noexcept;
+    std::unique_ptr<HidPort> lose() noexcept;
     void let_write() noexcept;
     bool sleep_until_stopped(std::chrono::milliseconds time);
 
@@ -117,8 +117,9 @@ private:
     std::atomic<double> untaken_since_s_;
     std::atomic<bool> refuses_reports_{false};
     std::atomic<bool> is_connected_{false};
-    double seen_empty_s_;     ///< the reader's: when no report waited
-    bool was_let_go_ = false; ///< the reader's, see was_let_go()
+    double seen_empty_s_;             ///< the reader's: when no report waited
+    bool was_let_go_ = false;         ///< the reader's, see was_let_go()
+    std::unique_ptr<HidPort> let_go_; ///< the reader's: still open, so that it tells of an unplug
 
     /// The writer's while it writes, the reader's while it exchanges the port.
     std::mutex port_mutex_;

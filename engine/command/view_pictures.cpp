@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -190,7 +189,7 @@ void add_pictures(CLI::App& command, PictureOptions& options) {
         command.add_option("--film", options.film, "of a recording: a film (MP4) of it, likewise");
     png->excludes(film);
     constexpr double most_s = 1e6;
-    constexpr double any_s = std::numeric_limits<double>::max(); // a device's clock may be any
+    constexpr double any_s = 1e20; // a device's clock may be any, also one of ns since 1970
     command.add_option("--from", options.from_s, "pictures: from this time of the recording, s")
         ->check(between(-any_s, any_s));
     command.add_option("--to", options.to_s, "pictures: up to this time of the recording, s")

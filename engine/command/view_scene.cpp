@@ -165,6 +165,8 @@ int view_scene(const ViewOptions& options) {
     for (const std::string& note : device.notes)
         tell("palpate: warning: {}\n", note);
     ViewDocument document = view_document(*scene, ViewMode::live);
+    for (const std::string& why : document.not_shown)
+        tell("palpate: note: the slices do without a volume: {}\n", plain_text(why));
     document.device = device_in_words(description, by_mouse);
     if (!hands.empty()) document.device += hand_in_words(*overrides.hand, hands);
     if (!options.hand && hands.size() > 1)

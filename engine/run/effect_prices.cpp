@@ -36,6 +36,8 @@ std::vector<double> measure_prices(const Scene& scene) {
             PrimitiveSet primitives;
             built.begin(internal::frame_from(from, to));
             built.gather(from, primitives);
+            built.solved(to);
+            built.commit({to, 0}); // one that goes along begins its next frame there
         });
     }
     return prices;

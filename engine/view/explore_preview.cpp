@@ -5,7 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include <palpate/engine/baking/baking.h>
 #include <palpate/engine/files/result_cache.h>
@@ -136,6 +139,12 @@ TriangleMesh ExplorePreview::isosurface(double level, std::size_t most_voxels,
     // Means of blocks may not reach what single voxels do.
     const bool is_soon = most_voxels <= kSoonVoxels && soon_->passes(level);
     Source& source = is_soon ? *soon_ : *fine_;
+    if (!source.passes(level))
+        throw std::runtime_error(
+            fmt::format("iso-value {}: nothing is to be seen here, where blocks "
+                        "of voxels are drawn by their means; a saved scene has "
+                        "each voxel",
+                        level));
     source.surface().iso_value = level;
     return source.preview(progress);
 }

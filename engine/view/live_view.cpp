@@ -44,7 +44,8 @@ std::filesystem::path free_name(const std::filesystem::path& folder) {
 
 /// Of a frame that was computed.
 bool is_in_the_air(const FrameReport& frame) {
-    return frame.contacts == 0 && frame.surfaces_open == 0 && (frame.flags & kInsideAtStart) == 0;
+    return frame.contacts == 0 && frame.surfaces_open == 0 && frame.indentation_m == 0.0 &&
+           (frame.flags & kInsideAtStart) == 0;
 }
 
 /// In front of the surface that a hand presses. One that yields lets the proxy in as deep as it
@@ -61,7 +62,8 @@ Vec3 in_front_of(const FrameReport& pressing) {
 bool may_yield(const Scene& scene, const FrameReport& frame) {
     if (frame.surfaces_open != 0) return true;
     for (std::size_t i = 0; i < scene.surfaces().size(); ++i) {
-        const bool is_felt = i >= kFeltBits || (frame.surfaces_felt >> i & 1U) != 0;
+        const bool is_felt = i >= kFeltBits || (frame.surfaces_felt >> i & 1U) != 0 ||
+                             (frame.indentation_m > 0.0 && frame.pressed_surface == i);
         if (is_felt && std::isfinite(scene.surfaces()[i].level.strength_n)) return true;
     }
     return false;
@@ -187,6 +189,7 @@ void LiveView::View::leave_surface() {
     if (device_.mouse == nullptr || !computed_) return;
     // A magnet or a guide may hold the proxy at a surface that the probe is in front of.
     const bool is_behind = computed_->surfaces_felt != 0 || computed_->surfaces_open != 0 ||
+                           computed_->indentation_m > 0.0 || // a slow tissue has let it go
                            (computed_->flags & kInsideAtStart) != 0;
     if (!is_behind)
         device_.mouse->begin_at(computed_->probe);

@@ -167,8 +167,8 @@ LabelSlices labels_of(const std::string& name, const LabelVolume& volume,
 void show_if_it_can_be(const std::string& name, VolumeReader& reader, ViewDocument& document) {
     try {
         document.volumes.push_back(slice_voxels(name, reader.volume(name)));
-    } catch (const std::runtime_error&) {
-        return;
+    } catch (const std::runtime_error& error) {
+        document.not_shown.emplace_back(error.what());
     }
 }
 

@@ -74,6 +74,7 @@ struct ViewDocument {
     double force_limit_n = 5.0;            ///< longest force, N
     std::vector<ViewStructure> structures; ///< in the order of Scene::surfaces()
     std::vector<SliceVoxels> volumes;      ///< for slices
+    std::vector<std::string> not_shown;    ///< why a volume that nothing feels is not among them
     std::vector<LabelSlices> labels;       ///< for slices, over the volumes or alone
     std::vector<ViewEffect> effects;       ///< those that are on
     std::vector<ViewMark> marks;           ///< places that were marked

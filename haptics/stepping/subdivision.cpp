@@ -188,8 +188,11 @@ void Subdivision::follow_gains() noexcept {
         any_moves = effect.follow_gain(frame_) || any_moves;
         all_as_set = all_as_set && effect.is_as_set();
     }
-    for (const Layer& layer : layers_) // they take their steps as they are pressed
+    for (const Layer& layer : layers_) { // they take their steps as they are pressed
         any_moves = any_moves || layer.front->surfaces_.front().gains_move();
+        // A tissue that comes back by itself will reach a tip that is held.
+        any_moves = any_moves || (!layer.pushes && layer.tissue_m > stepping_.tolerance_m());
+    }
     if (any_moves) calming_.restart();
     if (!all_as_set) result_.flags |= kLiveGain;
 }
@@ -244,6 +247,7 @@ void Subdivision::gather(const Vec3& proxy) noexcept {
         for (LoopEffect& effect : effects_)
             effect.gather(proxy, frame_, primitives_);
         primitives_.set_gain({});
+        if (needs_.layers) hold_at_strength(proxy); // once all that draws the tip is known
     }
     friction_.gather(proxy, contacts_, primitives_);
 }

@@ -279,6 +279,7 @@ private:
     double resistance_n_per_m() const noexcept;
     double unspent_m() const noexcept;
     void press_layers(const Vec3& tip) noexcept;
+    void hold_at_strength(const Vec3& tip) noexcept;
     void correct_for_layers(const Vec3& tip) noexcept;
     double share_to_balance(const Vec3& full, const Vec3& step) const noexcept;
     void press(Layer& layer, const Vec3& tip) noexcept;

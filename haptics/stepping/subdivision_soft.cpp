@@ -37,8 +37,9 @@ constexpr double kRounding = 1e-9;
 constexpr double kNoEdge = 1e-6;
 // Within one piece of a law the force is off its slope by less than this share, by rounding.
 constexpr double kBent = 1e-9;
-// To where the forces along a step balance, to 1e-12 of its length.
-constexpr int kBalanceHalvings = 40;
+// Where the forces along a step balance, to this share of its length, and after so many steps.
+constexpr double kBalanced = 1e-12;
+constexpr int kBalanceSteps = 40;
 
 /// By how much more a law's force falls than its slope tells, where the tip comes `nearer_m` nearer
 /// to its front, N.
@@ -201,6 +202,28 @@ void Subdivision::press_layers(const Vec3& tip) noexcept {
     }
 }
 
+/// However fast a layer is pressed, it holds no more than its strength: where it would after the
+/// step that all forces lead to, its front gives way, and the force stays. Before that step it may
+/// be far more.
+void Subdivision::hold_at_strength(const Vec3& tip) noexcept {
+    const double stiffness = primitives_.total_stiffness(frame_.stiffness);
+    for (Layer& layer : layers_) {
+        layer.at_strength = false;
+        if (!(layer.force_n > 0.0)) continue;
+        const double most_n = layer.front->surfaces_.front().strength_n(frame_.force_limit_n);
+        const double step_m =
+            glm::dot(pull() - tip, layer.normal) / (1.0 + layer.slope_n_per_m / stiffness);
+        layer.at_strength = layer.force_n - layer.slope_n_per_m * step_m > most_n &&
+                            layer.force_n >= (1.0 - kRounding) * most_n;
+        if (!layer.at_strength) continue;
+        primitives_.add_force((most_n - layer.force_n) * layer.normal);
+        tissue_ -= turning_of(layer);
+        layer.force_n = most_n;
+        layer.slope_n_per_m = 0.0;
+        tissue_ += turning_of(layer);
+    }
+}
+
 /// Corrects the step to what the solver found by how these forces fall with it, and where their
 /// laws bend on the way.
 void Subdivision::correct_for_layers(const Vec3& tip) noexcept {
@@ -238,13 +261,30 @@ double Subdivision::share_to_balance(const Vec3& full, const Vec3& step) const n
     const double bends_at_end_j = bends_j(1.0);
     if (bends_at_end_j == 0.0) return 1.0;
     const double stiffness = primitives_.total_stiffness(frame_.stiffness);
-    const double begin_j = -stiffness * glm::dot(step, full);
+    double begin_j = -stiffness * glm::dot(step, full);
+    // What holds acts at the end of the way: on the way there it does not brake.
+    for (std::size_t i = 0; i < solution_.planes.size(); ++i)
+        if (solution_.planes[i].state == MultiplierState::active)
+            begin_j +=
+                solution_.planes[i].multiplier_n * glm::dot(primitives_.planes()[i].normal, step);
+    for (const TetherOutcome& line : solution_.lines)
+        if (line.state == TetherState::held) begin_j += glm::dot(line.force_n, step);
+    for (const TetherOutcome& point : solution_.points)
+        if (point.state == TetherState::held) begin_j += glm::dot(point.force_n, step);
     const double rise_j = glm::dot(step, stiffness * step + tissue_ * step);
     if (!(begin_j < 0.0) || !(begin_j + rise_j + bends_at_end_j > 0.0)) return 1.0;
-    double low = 0.0, high = 1.0;
-    for (int i = 0; i < kBalanceHalvings; ++i) {
-        const double middle = 0.5 * (low + high);
-        (begin_j + middle * rise_j + bends_j(middle) > 0.0 ? high : low) = middle;
+    // The sum is of straight pieces: Illinois' rule finds its zero in few steps.
+    double low = 0.0, high = 1.0, at_low_j = begin_j, at_high_j = begin_j + rise_j + bends_at_end_j;
+    int side = 0; // the end that moved last
+    for (int i = 0; i < kBalanceSteps && high - low > kBalanced; ++i) {
+        const double share = low + (high - low) * (at_low_j / (at_low_j - at_high_j));
+        if (!(share > low) || !(share < high)) break;
+        const double at_j = begin_j + share * rise_j + bends_j(share);
+        const bool beyond = at_j > 0.0;
+        (beyond ? high : low) = share;
+        (beyond ? at_high_j : at_low_j) = at_j;
+        if (side == (beyond ? 1 : -1)) (beyond ? at_low_j : at_high_j) *= 0.5;
+        side = beyond ? 1 : -1;
     }
     return low;
 }
@@ -279,19 +319,6 @@ void Subdivision::press(Layer& layer, const Vec3& tip) noexcept {
     if (viscous > 0.0 && !layer.gave_way) { // of a front's own way the damper feels nothing
         force_n += viscous * (layer.indentation_m - layer.tissue_m);
         layer.slope_n_per_m += viscous;
-    }
-    // However fast it is pressed, it holds no more than its strength: where it would after the step
-    // that this force leads to, its front gives way, and the force stays. Before that step it may
-    // be far more.
-    const LoopSurface& front = layer.front->surfaces_.front();
-    const double most_n = front.strength_n(frame_.force_limit_n), k = frame_.stiffness;
-    const double step_m = (force_n / k + glm::dot(frame_.probe - tip, layer.normal)) /
-                          (1.0 + layer.slope_n_per_m / k);
-    layer.at_strength =
-        force_n - layer.slope_n_per_m * step_m > most_n && force_n >= (1.0 - kRounding) * most_n;
-    if (layer.at_strength) {
-        force_n = most_n;
-        layer.slope_n_per_m = 0.0;
     }
     if (!(force_n > 0.0)) return; // the tip leaves faster than the tissue comes back
     layer.force_n = force_n;
@@ -330,9 +357,13 @@ Mat3 Subdivision::turning_of(const Layer& layer) const noexcept {
 
 void Subdivision::commit_layers(const Vec3& tip) noexcept {
     pressed_ = {0.0, 0.0, tip};
+    // In silence it has come back for nobody knows how long.
+    const double lasts_s =
+        frame_.after_silence ? std::numeric_limits<double>::infinity() : frame_.period_s;
     for (Layer& layer : layers_) {
         const bool pushes = layer.force_n > 0.0;
         layer.pushes = pushes;
+        if (!pushes) layer.front->surfaces_.front().let_go();
         result_.flags |= layer.flags & (kOnceInAFrame | kAtItsEnd);
         if (pushes) {
             layer.touched_at = tip;
@@ -343,10 +374,10 @@ void Subdivision::commit_layers(const Vec3& tip) noexcept {
         if (layer.front->result_.open & 1U) result_.open |= bit_of(layer.surface, true);
         if (layer.front->result_.guarded & 1U) result_.guarded |= bit_of(layer.surface, true);
         layer.tissue_m =
-            pushes ? layer.indentation_m
-                   : layer.law.damped(0.0, layer.tissue_m, layer.softness.damping, frame_.period_s)
-                         .tissue_m;
-        if (!pushes || !(layer.indentation_m > pressed_.indentation_m)) continue;
+            pushes
+                ? layer.indentation_m
+                : layer.law.damped(0.0, layer.tissue_m, layer.softness.damping, lasts_s).tissue_m;
+        if (!(layer.indentation_m > pressed_.indentation_m)) continue; // a dent, too
         const double slope = layer.law.tissue(layer.indentation_m).slope_n_per_m;
         const double felt = slope > 0.0 ? 1.0 / (1.0 / slope + 1.0 / frame_.stiffness) : 0.0;
         pressed_ = {layer.indentation_m, felt, layer.y, static_cast<std::uint32_t>(layer.surface)};

@@ -18,6 +18,7 @@
 #include <palpate/drivers/internal/hid_port.h>
 
 #include "tests/drivers/hid_node.h"
+#include "tests/support/temporary_folder.h"
 
 namespace palpate::internal {
 namespace {
@@ -221,17 +222,22 @@ TEST(HidPort, Case11SecondPortIsKeptOutUntilTheFirstIsClosed) {
 const std::filesystem::path kLockFolders[] = {"/run/lock", "/tmp"};
 
 TEST(HidPort, Case11UnderAnotherNameItIsTheSameDevice) {
-    // A node of the system's own: what leads to a simulated one leads nowhere.
+    // What leads to a simulated node leads nowhere, so a folder stands for one: no other run has
+    // its lock, and hidapi refuses it (of /dev/null it crashes).
+    const test::TemporaryFolder made;
+    const std::string node = std::filesystem::canonical(made.path()).string();
+    const std::string other = node + "/../" + made.path().filename().string();
+    std::string name = "palpate" + node + ".lock";
+    std::replace(name.begin(), name.end(), '/', '-');
     std::filesystem::path lock;
     int held = -1;
     for (const std::filesystem::path& folder : kLockFolders) {
-        lock = folder / "palpate-dev-null.lock";
+        lock = folder / name;
         held = ::open(lock.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
         if (held >= 0) break;
     }
     ASSERT_GE(held, 0);
     ASSERT_EQ(::flock(held, LOCK_EX | LOCK_NB), 0);
-    const std::string other = "/dev/../dev/null";
     EXPECT_EQ(message_of([&] { HidPort{other}; }),
               other + ": another program of Palpate uses this device; stop it first");
     std::filesystem::remove(lock);

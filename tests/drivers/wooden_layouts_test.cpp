@@ -235,6 +235,27 @@ TEST_P(WoodenLayouts, Case10BoardThatIsOpenedAnewIsWhereItsHandleIs) {
     EXPECT_LT(glm::length(state_of(rig.device).position - expected), 1e-6);
 }
 
+// One that was without power meanwhile counts from 0 again: it was taken to have counted on.
+TEST_P(WoodenLayouts, Case10BoardThatWasUnpluggedMeanwhileIsAtHome) {
+    WoodenDevice::Settings settings = patient();
+    settings.reconnect_s = 1.0;
+    Rig rig(GetParam(), settings);
+    rig.board_says([&] { rig.board.power_on_counters = {123, -77, 4000, 0, 0, 0}; });
+    rig.node.plug_in();
+    rig.device.open();
+    rig.device.start();
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    rig.node.set_write_fault(WriteFault::fails);
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().losses > 0; }));
+    rig.node.unplug();
+    rig.board_says([&] { rig.board.power_on_counters = {}; });
+    rig.node.set_write_fault(WriteFault::none);
+    rig.node.plug_in();
+    ASSERT_TRUE(test::comes_true([&] { return rig.device.counts().connections > 1; }));
+    ASSERT_TRUE(test::comes_true([&] { return is_fresh(rig.device); }));
+    EXPECT_LT(glm::length(state_of(rig.device).position - kHome), 1e-6);
+}
+
 TEST_P(WoodenLayouts, Case10BoardThatRefusesForcesIsOpenedAnew) {
     for (const WriteFault fault : {WriteFault::fails, WriteFault::is_cut}) {
         Rig rig(GetParam(), watchful());

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Soft surfaces, and what lies beneath them, as Python says and asks them."""
 
+import math
 import unittest
 
 import numpy as np
@@ -40,6 +41,78 @@ def organ():
         },
         "effect": [{"type": "surface", "surface": "organ"}],
     }
+
+
+def skin(keys, bone=True, more=()):
+    """A ball of 60 mm with these keys, alone or over a hard one of 40 mm."""
+    scene = {
+        "volume": {
+            "skin": {"analytic": "solid_sphere", "radius_mm": 60},
+            "bone": {"analytic": "solid_sphere", "radius_mm": 40},
+        },
+        "surface": {"skin": {"volume": "skin", **keys}},
+        "effect": [{"type": "surface", "surface": "skin"}],
+        "limits": {"force_n": 5.0, "slew_n_per_s": 1e7},
+    }
+    if bone:
+        scene["surface"]["bone"] = {"volume": "bone"}
+        scene["effect"].append({"type": "surface", "surface": "bone"})
+    scene["effect"] += more
+    return palpate.Scene(scene)
+
+
+def at(depth_mm):
+    """A place that deep in that ball."""
+    return [60e-3 - 1e-3 * depth_mm, 0, 0]
+
+
+class Layers(unittest.TestCase):
+    def test_a_gain_leaves_its_strength_whatever_else_draws_the_tip(self):
+        push = {"type": "constant_force", "force_n": [-3, 0, 0]}
+        loop = palpate.Loop(skin({"stiffness_n_per_mm": 0.48}, more=[push]))
+        loop.set_gain(0, 0.2)  # leaves 5 N * 0.2 / 0.8
+        for _ in range(60):
+            loop.frame(at(-8))
+        for mm in np.arange(-8, 7, 0.3):
+            self.assertLessEqual(loop.frame(at(mm)).force_n[0] + 3.0, 1.25 + 1e-3, mm)
+
+    def test_a_wall_in_the_tissue_is_reached_at_once(self):
+        # The tip is 0.25 mm deep at the table's first pair, and stops at 0.27 mm.
+        table = [[3 / 0.48, 3.0], [40, 4.0]]
+        wall = {"type": "workspace", "box_mm": [[60 - 0.27, -90, -90], [90, 90, 90]]}
+        loop = palpate.Loop(skin({"stiffness_mm_n": table}, bone=False, more=[wall]))
+        for mm in np.arange(-1, 14, 1.0):
+            report = loop.frame(at(mm))
+            self.assertNotIn("evaluation_cap", palpate.flag_names(report.flags), mm)
+
+    def test_a_tip_that_has_left_a_slow_layer_touches_nothing(self):
+        keys = {"stiffness_n_per_mm": 0.2, "press_damping_n_s_per_m": 6}
+        loop = palpate.Loop(skin(keys))
+        mm = -1.0
+        while mm < 8:
+            loop.frame(at(mm))
+            mm += 0.1
+        while loop.frame(at(mm)).felt:
+            mm -= 0.2
+        report = loop.frame(at(mm - 0.2))
+        self.assertGreater(report.indentation_m, 0.0)
+        self.assertEqual(loop.touches, [])
+        self.assertEqual([of.standing for of in loop.surface_states], ["out", "out"])
+        loop.adopt(skin(keys, bone=False))
+        loop.frame(at(mm - 0.4))
+        self.assertEqual(loop.touches, [])
+
+    def test_in_silence_a_tissue_comes_back(self):
+        keys = {"stiffness_n_per_mm": 0.1, "press_damping_n_s_per_m": 20}
+        for bone in (False, True):
+            loop = palpate.Loop(skin(keys, bone))
+            loop.frame(at(-1))
+            for i in range(400):
+                loop.frame(at(min(8, 0.1 * i)))
+            for _ in range(10):
+                loop.frame([math.nan, 0, 0])
+            loop.frame(at(-0.5))
+            self.assertGreater(loop.frame(at(3)).force_n[0], 1.0, bone)
 
 
 class SoftSurfaces(unittest.TestCase):

@@ -62,8 +62,9 @@ export class Panels {
 
   /** To the next frame whose sub-steps are known, and after the last one to the first. */
   nextDetail() {
-    const {app} = this, {index} = app.frames.columns;
-    const all = Object.keys(app.scene.details ?? {}).map(frame => Number(frame) - index[0]).sort((a, b) => a - b);
+    const {app} = this, known = app.scene.details ?? {};
+    const numbers = app.frames.columns.index.subarray(0, app.frames.count); // of rows: not without gaps
+    const all = [...numbers.keys()].filter(i => known[numbers[i]]);
     if (all.length === 0) return;
     app.player.playing = false;
     app.seek(all.find(i => i > app.player.index) ?? all[0]);

@@ -21,6 +21,7 @@ constexpr double kDepthInside_mm = 1.0; // behind a surface's certificate
 
 bool is_felt(Effect& effect, const Vec3& from) {
     PrimitiveSet primitives;
+    effect.restart(from); // one that goes along begins where the last frame ended
     effect.begin(frame_from(from, from + Vec3{kStep, 0.0, 0.0}));
     effect.gather(from, primitives);
     return !primitives.is_free() || primitives.force() != Vec3{0.0} ||
@@ -29,11 +30,7 @@ bool is_felt(Effect& effect, const Vec3& from) {
 
 } // namespace
 
-FrameContext frame_from(const Vec3& from, const Vec3& to) noexcept {
-    FrameContext frame{to, from};
-    frame.after_silence = true; // else an effect that goes along begins where the last one ended
-    return frame;
-}
+FrameContext frame_from(const Vec3& from, const Vec3& to) noexcept { return {to, from}; }
 
 namespace {
 

@@ -35,6 +35,7 @@ double share_felt(const std::string& text) {
     int felt = 0;
     for (const Vec3& place : places) {
         PrimitiveSet primitives;
+        built.restart(place);
         built.begin(internal::frame_from(place, place + Vec3{2e-4, 0, 0}));
         built.gather(place, primitives);
         felt += !primitives.is_free() || glm::length(primitives.force()) > 0.0 ||

@@ -282,6 +282,8 @@ TEST(ViewDocument, WhatNothingFeelsMayBeWhatNoSliceShows) {
     const ViewDocument document = view_document(scene, ViewMode::live);
     EXPECT_EQ(document.structures.size(), 1u);
     EXPECT_TRUE(document.volumes.empty());
+    ASSERT_EQ(document.not_shown.size(), 1u);
+    EXPECT_THAT(document.not_shown[0], testing::HasSubstr("fibres.nrrd"));
 }
 
 } // namespace

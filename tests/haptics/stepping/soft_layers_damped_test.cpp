@@ -155,5 +155,19 @@ TEST(SoftLayers, OverBoneADampedOneAtALowGainPressesByItsLaw) {
     EXPECT_EQ(found, 1);
 }
 
+// It had no force for ever: what was asked for at rest was taken from the tissue's first push.
+TEST(SoftLayers, ATissueThatComesBackReachesAHeldTip) {
+    SurfaceFinish skin = soft(100.0);
+    skin.softness.damping = 20.0;
+    ContactLoop loop({}, surfaces(ball(40e-3), ball(60e-3)), {}, 0.0, {{}, skin});
+    loop.start({61e-3, 0, 0});
+    for (int i = 0; i < 400; ++i)
+        loop.move({60e-3 - std::min(8e-3, 1e-4 * i), 0, 0});
+    const Vec3 held{57e-3, 0, 0};
+    for (int i = 0; i < 3000; ++i)
+        loop.move(held);
+    EXPECT_NEAR(force(loop, held).x, 0.3, 1e-3);
+}
+
 } // namespace
 } // namespace palpate
