@@ -266,14 +266,14 @@ INSTANTIATE_TEST_SUITE_P(Surfaces, LiveViewOfWhatGivesWay,
 
 class SlowTissue : public Ball {
 protected:
-    SlowTissue() : Ball("stiffness_n_per_mm = 0.2\npress_damping_n_s_per_m = 100\n") {}
+    SlowTissue() : Ball("stiffness_n_per_mm = 0.05\npress_damping_n_s_per_m = 100\n") {}
 };
 using LiveViewOfASlowTissue = SlowTissue;
 
 // In the dent nothing is felt: it began inside, and felt nothing of the surface.
 TEST_F(LiveViewOfASlowTissue, WhatBeginsAnewInTheDentBeginsInFront) {
     client_->send(kPress);
-    ASSERT_TRUE(feels([](const FrameReport& f) { return f.force.x > 0.79 && f.force.x < 0.82; }));
+    ASSERT_TRUE(feels([](const FrameReport& f) { return f.force.x > 0.19 && f.force.x < 0.21; }));
     client_->send(R"({"do": "probe", "at_m": [0.0285, 0, 0]})");
     ASSERT_TRUE(feels(
         [](const FrameReport& f) { return f.surfaces_felt == 0 && glm::length(f.probe) < 0.029; }));
@@ -282,7 +282,7 @@ TEST_F(LiveViewOfASlowTissue, WhatBeginsAnewInTheDentBeginsInFront) {
     std::uint32_t flags = 0;
     EXPECT_TRUE(feels([&](const FrameReport& f) {
         flags |= f.flags;
-        return f.force.x > 0.7;
+        return f.force.x > 0.19;
     }));
     EXPECT_EQ(flags & kInsideAtStart, 0u);
 }
