@@ -133,6 +133,7 @@ SubdivisionResult Subdivision::run_free() noexcept {
 void Subdivision::begin(std::span<const std::uint32_t> replayed) noexcept {
     result_ = {};
     steps_left_.clear();
+    shortened_m_ = 0.0;
     budget_ = {0, work_of_a_frame_, kMostLegs, 0};
     stepping_.begin_frame(replayed); // t_0
     if (needs_.starts) {
