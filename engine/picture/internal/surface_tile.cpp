@@ -113,8 +113,8 @@ void draw_direction_ball(Canvas& canvas, int left, int top, int size, const Surf
     constexpr double kRadius = 0.3; // of the tile
     constexpr Rgb kAround{38, 42, 52};
     // Only its directions are of use here: the ball is drawn without rays.
-    const Camera camera =
-        fitted_camera({{Vec3(0.0), Vec3(1.0)}, {{0, 0, 1}}}, view.towards, view.up, size, size, 0.0);
+    const Camera camera = fitted_camera({{Vec3(0.0), Vec3(1.0)}, {{0, 0, 1}}}, view.towards,
+                                        view.up, size, size, 0.0);
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
             const double right = (x + 0.5 - 0.5 * size) / (kRadius * size);
