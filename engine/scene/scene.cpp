@@ -73,11 +73,11 @@ void check_contact(const SceneDescription& scene, const SurfaceDescription& desc
         throw std::runtime_error(
             fmt::format("{}: contact = \"{}\" {}; {}", place, name(kind), no->what, no->remedy));
     if (kind == ContactKind::direct && std::isfinite(description.strength_n))
-        throw std::runtime_error(fmt::format(
-            "{}: contact = \"direct\" never yields, and its strength_n = {}{} is "
-            "finite; take contact = \"volume\", or give it strength_n = inf",
-            place, description.strength_n,
-            description.material.empty() ? "" : " (its own, or of its material)"));
+        throw std::runtime_error(
+            fmt::format("{}: contact = \"direct\" never yields, and its strength_n = {}{} is "
+                        "finite; take contact = \"volume\", or give it strength_n = inf",
+                        place, description.strength_n,
+                        description.material.empty() ? "" : " (its own, or of its material)"));
 }
 
 SceneSurface build_surface(const SceneDescription& scene, const std::string& name,
