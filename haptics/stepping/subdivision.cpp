@@ -191,10 +191,7 @@ void Subdivision::follow_gains() noexcept {
     }
     for (const Layer& layer : layers_) { // they take their steps as they are pressed
         any_moves = any_moves || layer.front->surfaces_.front().gains_move();
-        // A tissue that comes back by itself will reach a tip that is held in its dent.
-        const double dent_m = glm::distance(layer.y, frame_.start);
-        any_moves = any_moves || (!layer.pushes && dent_m > stepping_.tolerance_m() &&
-                                  layer.tissue_m - dent_m > stepping_.tolerance_m());
+        any_moves = any_moves || reaches_held_tip(layer);
     }
     if (any_moves) calming_.restart();
     if (!all_as_set) result_.flags |= kLiveGain;

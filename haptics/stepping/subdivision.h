@@ -280,6 +280,7 @@ private:
     double unspent_m() const noexcept;
     void press_layers(const Vec3& tip) noexcept;
     void hold_at_strength(const Vec3& tip) noexcept;
+    bool reaches_held_tip(const Layer& layer) const noexcept;
     void correct_for_layers(const Vec3& tip) noexcept;
     double share_to_balance(const Vec3& full, const Vec3& step) const noexcept;
     void press(Layer& layer, const Vec3& tip) noexcept;

@@ -202,6 +202,18 @@ void Subdivision::press_layers(const Vec3& tip) noexcept {
     }
 }
 
+/// Whether in this frame a tissue comes back to a tip that is in its dent. Once: what is asked of a
+/// held tip must not be what that first touch asks.
+bool Subdivision::reaches_held_tip(const Layer& layer) const noexcept {
+    const double tolerance_m = stepping_.tolerance_m();
+    const double dent_m = glm::distance(layer.y, frame_.start);
+    if (layer.pushes || !(dent_m > tolerance_m) || !(layer.tissue_m - dent_m > tolerance_m))
+        return false;
+    const PressLaw::Balance next =
+        layer.law.damped(0.0, layer.tissue_m, layer.softness.damping, frame_.period_s);
+    return next.tissue_m - dent_m <= tolerance_m;
+}
+
 /// However fast a layer is pressed, it holds no more than its strength: where it would after the
 /// step that all forces lead to, its front gives way, and the force stays. Before that step it may
 /// be far more.
