@@ -50,6 +50,11 @@ public:
     /// `asked` (m, scene frame): nothing that the probe's standing still has not asked for before,
     /// within the tolerance; or it has come back too often.                               [loop]
     bool rests(const Vec3& asked) noexcept;
+    /// What has all but stopped is reached in this frame by what will ask more of it, as a tissue
+    /// that comes back: its rest is taken anew.                                          [loop]
+    void stir() noexcept {
+        if (stopped() && !has_come_back_too_often()) wake();
+    }
     /// Whether it stays for that, whatever is asked, until the probe moves.             [loop]
     bool has_come_back_too_often() const noexcept;
     /// The frame ends with the proxy at `proxy`, m, scene frame, after a walk of `walked_m` (m, >=

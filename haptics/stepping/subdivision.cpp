@@ -191,7 +191,7 @@ void Subdivision::follow_gains() noexcept {
     }
     for (const Layer& layer : layers_) { // they take their steps as they are pressed
         any_moves = any_moves || layer.front->surfaces_.front().gains_move();
-        any_moves = any_moves || reaches_held_tip(layer);
+        if (reaches_held_tip(layer)) calming_.stir();
     }
     if (any_moves) calming_.restart();
     if (!all_as_set) result_.flags |= kLiveGain;

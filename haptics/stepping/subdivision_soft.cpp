@@ -202,8 +202,8 @@ void Subdivision::press_layers(const Vec3& tip) noexcept {
     }
 }
 
-/// Whether in this frame a tissue comes back to a tip that is in its dent. Once: what is asked of a
-/// held tip must not be what that first touch asks.
+/// Whether in this frame a tissue comes back to a tip that is in its dent. What is asked of a tip
+/// at rest must not be what that first touch asks.
 bool Subdivision::reaches_held_tip(const Layer& layer) const noexcept {
     const double tolerance_m = stepping_.tolerance_m();
     const double dent_m = glm::distance(layer.y, frame_.start);
